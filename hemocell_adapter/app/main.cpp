@@ -47,6 +47,26 @@ ExitCode tellNotConnected(const LaunchedTasks& tasks) {
   return ExitCode::notConnected;
 }
 
+/// What is printed instead of packing or checking.
+std::string textOf(const CommandLine& commandLine) {
+  switch (commandLine.command) {
+    case Command::help:
+      return helpText(commandLine.asPackCells);
+    case Command::version:
+      return fmt::format("packMesh {} ({})\n", packmesh::version(), packmesh::gitHash());
+    case Command::reference:
+      return referenceText();
+    case Command::man:
+      return manText();
+    case Command::completion:
+      return completionText();
+    case Command::pack:
+    case Command::check:
+      break;
+  }
+  return {};
+}
+
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
              const Communicator& ranks) {
   const InputRecord inputs;  // none of them is overwritten
@@ -54,30 +74,9 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   together(ranks, [&] { understood = parseOrContinue(program, arguments); });
   const CommandLine& commandLine = *understood;
   const bool first = ranks.rank() == 0;
-  switch (commandLine.command) {
-    case Command::help:
-      if (!first) return ExitCode::ok;
-      fmt::print("{}", helpText(commandLine.asPackCells));
-      return ExitCode::ok;
-    case Command::version:
-      if (!first) return ExitCode::ok;
-      fmt::print("packMesh {} ({})\n", packmesh::version(), packmesh::gitHash());
-      return ExitCode::ok;
-    case Command::reference:
-      if (!first) return ExitCode::ok;
-      fmt::print("{}", referenceText());
-      return ExitCode::ok;
-    case Command::man:
-      if (!first) return ExitCode::ok;
-      fmt::print("{}", manText());
-      return ExitCode::ok;
-    case Command::completion:
-      if (!first) return ExitCode::ok;
-      fmt::print("{}", completionText());
-      return ExitCode::ok;
-    case Command::pack:
-    case Command::check:
-      break;
+  if (commandLine.command != Command::pack && commandLine.command != Command::check) {
+    if (first) fmt::print("{}", textOf(commandLine));
+    return ExitCode::ok;
   }
   const Request options = commandLine.options();
   if (first && options.quiet) log::setLevel(log::Level::quiet);
@@ -97,14 +96,7 @@ ExitCode runAndTell(const std::string& program, const std::vector<std::string>& 
     return failure.code();
   } catch (...) {
     const Failure failure = failureOfException();
-    // Invalid input is invalid on all ranks: the first one reports it, and all end. A rank that fails alone
-    // ends the others, which wait for it. Lower ranks come first, so that only one of them reports.
-    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
-    if (!ranks.alone() && !failures.ofAll(patience)) {
-      log::setLevel(log::Level::normal);
-      log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
-      ranks.abort(int(failure.code));
-    }
+    endUnlessOfAll(failure, failures, ranks);
     log::error(failure.message);
     return failure.code;
   }

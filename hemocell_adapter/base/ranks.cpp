@@ -42,6 +42,14 @@ Failure failureOfException() {
   }
 }
 
+void endUnlessOfAll(const Failure& failure, Arrival& failures, const Communicator& ranks) {
+  const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
+  if (ranks.alone() || failures.ofAll(patience)) return;
+  log::setLevel(log::Level::normal);
+  log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+  ranks.abort(int(failure.code));
+}
+
 void together(const Communicator& ranks, const std::function<void()>& work) {
   std::optional<Failure> failure;
   try {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "hemocell_adapter/base/agreed_failure.h"
+#include "packMesh/parallel/arrival.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/threads.h"
 
@@ -14,6 +15,11 @@ namespace packmesh::hemocell {
 
 /// The failure that corresponds to the exception being handled. Pre: called in a catch block.
 Failure failureOfException();
+
+/// Invalid input is invalid on all ranks: the first one reports it, and all end. A rank that fails alone ends
+/// the others, which wait for it; lower ranks come first, so that only one of them reports.
+/// @return if all ranks have failed
+void endUnlessOfAll(const Failure& failure, Arrival& failures, const Communicator& ranks);
 
 /// All ranks execute `work`, which must not communicate. Collective.
 /// @throws AgreedFailure on all ranks if it fails on any rank, with the failure of the lowest such rank

@@ -105,7 +105,7 @@ Report certificateOf(const Certificate& certificate) {
           {"gapsMeasuredUpTo", gapOfInterest}};
 }
 
-Report keptOf(const Finished& done) {
+Report reportOfKept(const Finished& done) {
   if (!knowsAcceptance(done.problem)) return nullptr;
   std::int64_t kept = 0;
   for (const std::int64_t n : done.kept.kept) kept += n;
@@ -142,7 +142,7 @@ Report askedOf(const Profile& measured, const Problem& problem) {
   return {{"source", problem.profile->source}, {"species", std::move(all)}};
 }
 
-Report measuresOf(const PackingMeasures& measures, const Problem& problem) {
+Report reportOfMeasures(const PackingMeasures& measures, const Problem& problem) {
   Report all;
   all["pointsPerCell"] = measures.pointsPerCell;
   all["lumenPoints"] = measures.lumenPoints;
@@ -259,8 +259,8 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["species"] = speciesOf(done);
   all["hematocrit"] = hematocritOf(done);
   all["certificate"] = certificateOf(done.result.certificate);
-  all["hemocell"] = keptOf(done);
-  all["measures"] = measuresOf(measures, done.problem);
+  all["hemocell"] = reportOfKept(done);
+  all["measures"] = reportOfMeasures(measures, done.problem);
   all["statistics"] = statisticsOf(done.result.statistics);
   all["repeated"] = repeatedOf(done.repeated);
   all["times"] = timesOf(done, times);

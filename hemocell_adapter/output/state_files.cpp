@@ -3,14 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <exception>
 #include <filesystem>
 #include <system_error>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
@@ -111,16 +109,7 @@ void StateFiles::save(const PackingState& state) {
 }
 
 PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem) {
-  PackingState state;
-  std::exception_ptr error;
-  try {
-    state = readState(file, problem);
-  } catch (const InputError&) {
-    error = std::current_exception();
-  }
-  together(problem.execution.communicator, [&] {
-    if (error) std::rethrow_exception(error);
-  });
+  PackingState state = readState(file, problem);
   log::info(fmt::format("Continuing from {}: after {}", file.string(), effortOf(state)));
   return state;
 }

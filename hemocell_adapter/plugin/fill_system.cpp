@@ -10,7 +10,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/lattice_of_runs.h"
 #include "hemocell_adapter/plugin/periodic_exchange.h"
-#include "hemocell_adapter/session/fill.h"
+#include "hemocell_adapter/session/running_hemocell.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/parallel/arrival.h"
 
@@ -259,13 +259,7 @@ Filling guarded(const System& system, const Request& request, const Work& work) 
     filling.message = failure.what();
   } catch (...) {
     const hemocell::Failure failure = hemocell::failureOfException();
-    // As in the program: what is invalid is so on all ranks; a rank that fails alone ends the others.
-    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
-    if (!ranks.alone() && !failures.ofAll(patience)) {
-      hemocell::log::setLevel(hemocell::log::Level::normal);
-      hemocell::log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
-      ranks.abort(int(failure.code));
-    }
+    hemocell::endUnlessOfAll(failure, failures, ranks);
     filling.exitCode = int(failure.code);
     filling.message = failure.message;
   }

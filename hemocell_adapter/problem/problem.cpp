@@ -107,14 +107,9 @@ void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells
   }
 }
 
-std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells,
-                                   const std::vector<std::int64_t>* chosen) {
+std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   std::vector<std::int64_t> counts(problem.species.size(), 0);
-  if (chosen) {
-    for (const std::int64_t i : *chosen) ++counts[problem.speciesOf(cells[i].species)];
-  } else {
-    for (const PlacedCell& cell : cells) ++counts[problem.speciesOf(cell.species)];
-  }
+  for (const PlacedCell& cell : cells) ++counts[problem.speciesOf(cell.species)];
   return counts;
 }
 

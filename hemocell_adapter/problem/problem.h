@@ -114,9 +114,8 @@ struct Tally {
   std::int64_t redCells = 0;
 };
 
-/// The number of each species among `chosen` (indices into `cells`; nullptr: all).
-std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells,
-                                   const std::vector<std::int64_t>* chosen = nullptr);
+/// The number of cells of each species.
+std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells);
 
 /// By how much the volumes of deformed cells exceed those of their templates: per species, on all ranks
 /// [µm³]. The sums do not depend on the number of ranks. All ranks call.

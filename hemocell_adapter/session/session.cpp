@@ -149,7 +149,6 @@ Packing Session::pack(const std::shared_ptr<const Problem>& problem) {
     done = verified(problem, std::move(packing.packed), std::move(packing.result));
   }
   done.times = {timer_.cpu(), timer_.wall()};
-  done.stateSaved = stateSaved_;
   return done;
 }
 

@@ -64,7 +64,6 @@ struct Packing {
   RunTimes times;
   /// Of a packing that was repeated in a larger box: the one before.
   std::shared_ptr<const Packing> before;
-  bool stateSaved = false;  ///< the state of the last attempt
 };
 
 /// A function that throws Stopped when the time limit of a request is reached, measured by `timer`, and when

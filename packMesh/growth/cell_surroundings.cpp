@@ -31,28 +31,26 @@ CellSurroundings::CellSurroundings(const Physics& physics, const std::vector<Bod
       neighbors_(spheresAround(physics, cells, reach_, beyond_), physics.container->period()) {}
 
 template <class Wanted, class Visit>
-void CellSurroundings::forEachNear(std::int64_t cell, double further, const Wanted& wanted,
-                                   const Visit& visit) const {
-  neighbors_.forEachNear(cell, clearance_ + further, wanted, [&](const NearPair& pair) {
-    if (pair.apart + (beyond_[pair.first] + beyond_[pair.second]) < clearance_ + further) visit(pair);
+void CellSurroundings::forEachNear(std::int64_t cell, const Wanted& wanted, const Visit& visit) const {
+  neighbors_.forEachNear(cell, clearance_, wanted, [&](const NearPair& pair) {
+    if (pair.apart + (beyond_[pair.first] + beyond_[pair.second]) < clearance_) visit(pair);
   });
 }
 
 bool CellSurroundings::isNear(std::int64_t cell, const std::vector<char>& marked) const {
   bool near = false;
   const auto isMarked = [&](std::int64_t other) { return !near && marked[other]; };
-  forEachNear(cell, 0.0, isMarked, [&](const NearPair&) { near = true; });
+  forEachNear(cell, isMarked, [&](const NearPair&) { near = true; });
   return near;
 }
 
-std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted,
-                                                double further) const {
+std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted) const {
   std::vector<NearPair> pairs;
   for (const std::int64_t cell : wanted) {
     const auto notYet = [&](std::int64_t other) {
       return other >= cell || !std::binary_search(wanted.begin(), wanted.end(), other);
     };
-    forEachNear(cell, further, notYet, [&](const NearPair& pair) { pairs.push_back(pair); });
+    forEachNear(cell, notYet, [&](const NearPair& pair) { pairs.push_back(pair); });
   }
   std::sort(pairs.begin(), pairs.end(), [](const NearPair& a, const NearPair& b) {
     return std::tie(a.first, a.second, a.shift[0], a.shift[1], a.shift[2]) <

@@ -24,9 +24,8 @@ class CellSurroundings {
   const std::vector<Body>& cells() const { return cells_; }
   double reach(std::int64_t cell) const { return reach_[cell]; }
   /// Pairs of cells (or periodic images), at least one of them in `wanted` (ascending), that can come within
-  /// the clearance of each other, or within `further` of that [µm]; each once, in an order that does not
-  /// depend on the rank.
-  std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted, double further = 0.0) const;
+  /// the clearance of each other; each once, in an order that does not depend on the rank.
+  std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted) const;
 
   /// Whether a cell can come within the clearance of one that is marked.
   bool isNear(std::int64_t cell, const std::vector<char>& marked) const;
@@ -35,9 +34,9 @@ class CellSurroundings {
   const PeriodicNeighbors& neighbors() const { return neighbors_; }
 
  private:
-  /// Calls visit(pair) for pairs with wanted(other) within the clearance, or within `further` of that.
+  /// Calls visit(pair) for pairs with wanted(other) that can come within the clearance.
   template <class Wanted, class Visit>
-  void forEachNear(std::int64_t cell, double further, const Wanted& wanted, const Visit& visit) const;
+  void forEachNear(std::int64_t cell, const Wanted& wanted, const Visit& visit) const;
 
   const std::vector<Body>& cells_;
   std::vector<double> reach_;

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Tuple
 
 import numpy as np
 
+from .packing_file import matrices_of
+
 if TYPE_CHECKING:
     from .cells import CellPacking
 
@@ -36,11 +38,8 @@ def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray
 
 def matrices(packing: "CellPacking") -> np.ndarray:
     """Of the cells' placements, shape (N, 4, 4): homogeneous coordinates [µm]."""
-    x, y, z, w = packing.rotations.T
-    all_ = np.zeros((len(x), 4, 4))
-    all_[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
-    all_[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
-    all_[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    all_ = np.zeros((len(packing), 4, 4))
+    all_[:, :3, :3] = matrices_of(packing.rotations)
     all_[:, :3, 3] = packing.positions
     all_[:, 3, 3] = 1
     return all_

@@ -19,6 +19,7 @@ import numpy as np
 from packmesh import cat_cells, files
 from packmesh.errors import InputError
 from packmesh.formats import File, vtk
+from packmesh.packing_file import matrices_of
 
 
 class State:
@@ -36,11 +37,7 @@ class State:
             raise InputError(f"{path}: is not a state of growth, or is damaged") from None
         self.species, self.scale, self.position = cells["species"], cells["scale"], cells["position"]
         self.data = {"id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
-        w, x, y, z = cells["orientation"].T
-        rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-        self.linear = self.scale[:, None, None] * np.array(rows).reshape(3, 3, -1).transpose(2, 0, 1)
+        self.linear = self.scale[:, None, None] * matrices_of(np.roll(cells["orientation"], -1, axis=1))
 
     def membranes(self, name: str) -> File:
         def group(kind: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:

@@ -182,6 +182,15 @@ def rotation_of(angles: Sequence[float]) -> List[List[float]]:
             [sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa], [-sb, cb * sa, cb * ca]]
 
 
+def matrices_of(rotations: np.ndarray) -> np.ndarray:
+    """Of unit quaternions x, y, z, w: shape (n, 3, 3)."""
+    x, y, z, w = rotations.T
+    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
 def angles_of(q: Sequence[float]) -> List[float]:
     """Of a unit quaternion w, x, y, z, as .pos files have them [degrees]: posLineOf() of the program."""
     norm = math.sqrt(sum(part * part for part in q))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Tuple
 
 import numpy as np
 
+from .packing_file import matrices_of
 from .plot import COLOURS
 
 if TYPE_CHECKING:
@@ -103,15 +104,6 @@ class Canvas:
 
         head = struct.pack(">IIBBBBB", self.width, self.height, 8, 2, 0, 0, 0)
         return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b"")
-
-
-def matrices_of(rotations: np.ndarray) -> np.ndarray:
-    """Of unit quaternions x, y, z, w: shape (n, 3, 3)."""
-    x, y, z, w = rotations.T
-    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-    return np.moveaxis(np.array(rows), 2, 0)
 
 
 def picture_of(packing: "CellPacking") -> Optional[str]:

@@ -58,25 +58,19 @@ class Caller {
     const pybind11::gil_scoped_release unlocked;
     const Turn turn;
     begin();
-    if constexpr (std::is_void_v<decltype(work())>) {
-      try {
+    using Result = decltype(work());
+    std::optional<std::conditional_t<std::is_void_v<Result>, char, Result>> result;
+    try {
+      if constexpr (std::is_void_v<Result>)
         work();
-      } catch (...) {
-        rethrowRaised();
-        throw;
-      }
-      rethrowRaised();
-    } else {
-      std::optional<decltype(work())> result;
-      try {
+      else
         result.emplace(work());
-      } catch (...) {
-        rethrowRaised();
-        throw;
-      }
+    } catch (...) {
       rethrowRaised();
-      return std::move(*result);
+      throw;
     }
+    rethrowRaised();
+    if constexpr (!std::is_void_v<Result>) return std::move(*result);
   }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/session/fill.h"
+#include "hemocell_adapter/session/running_hemocell.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Packing for a running HemoCell, which receives the cells itself.
+/// @file Packings for a running HemoCell, which receives the cells itself: what the plug-in calls.
 #pragma once
 
 #include <cstdint>
