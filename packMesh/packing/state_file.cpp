@@ -325,7 +325,9 @@ StateHead readStateHead(const fs::path& file) {
   requireSealed(file, kind, schemaVersion);
   const Hdf5Reader in(file);
   StateHead head;
+  head.stage = in.text("/", "stage");
   head.digest = in.text("/", "problem");
+  head.cells = in.size("/cells/id")[0];
   const std::int64_t words = in.integer("/command", "words");
   for (std::int64_t i = 0; i < words; ++i)
     head.command.push_back(in.text("/command", std::to_string(i).c_str()));

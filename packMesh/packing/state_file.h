@@ -16,6 +16,8 @@ namespace packmesh {
 struct StateHead {
   std::string digest;                ///< of the problem, see digestOf()
   std::vector<std::string> command;  ///< command line that started the run; its content is up to the caller
+  std::string stage;                 ///< of the run, human-readable
+  std::int64_t cells = 0;
 };
 
 /// Writes `file` completely or not at all: under a temporary name in the same folder, flushed, then renamed.

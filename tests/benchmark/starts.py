@@ -5,8 +5,10 @@
     starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N]    writes a case for HemoCell's pipe program
     starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
 
-START is uniform, developed, or the state (.h5) of an earlier run. The pipe program is HemoCell's pipeflow with the plug-in
-(docs/howto/plugin.md), OUTPUT_CELL_ID among its outputs, and nothing else changed; each case is run in its folder on one rank:
+START is uniform, developed, the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start as they were,
+from fluid at rest, which takes some hundred iterations, and its curves are joined to those of the run before. The pipe program is
+HemoCell's pipeflow with the plug-in (docs/howto/plugin.md), OUTPUT_CELL_ID among its outputs, and nothing else changed; each case
+is run in its folder on one rank:
 
     ../pipeflow config.xml > log
 
@@ -27,6 +29,7 @@ OUTPUT_EVERY = 1000  # iterations
 SMOOTH = 5  # outputs over which curves are averaged
 STEADY = 0.5  # the last part of a run from random positions that is taken for steady
 BAND = 2.0  # half width of the band of the steady state [standard deviations]
+CONTINUES = "continues"  # file with the name of the run that a run continues
 LAYER = 2.0  # thickness of the layer at the wall whose hematocrit is compared [µm]
 
 CASE = """<?xml version="1.0" ?>
@@ -59,7 +62,13 @@ def write_case(words):
         (folder / name).write_bytes((HERE / "examples/pipe" / name).read_bytes())
     start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start)
     if start is None:
-        start = f"<blood> {Path(words.start).resolve()} </blood>"
+        state = Path(words.start)
+        if state.is_dir():
+            subprocess.run([sys.executable, "-m", "packmesh", "run", state / "output", "--case", state / "config.xml", "--state", state / "last.h5"],
+                           check=True)
+            (folder / CONTINUES).write_text(state.name)
+            state = state / "last.h5"
+        start = f"<blood> {state.resolve()} </blood>"
     (folder / "config.xml").write_text(CASE.format(
         spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds, envelope=words.envelope,
         iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit, seed=words.seed, start=start))
@@ -89,13 +98,23 @@ class RunOfStudy:
         width = steps[0]["byDepth"]["width"]
         layers = round(LAYER / width)
         profile = np.array([padded(step["byDepth"]["fraction"]["RBC"]) for step in steps])
-        self.profile, self.width = profile, width
         self.curves = {
             "cell-free layer [µm]": np.array([step["cellFreeLayer"] for step in steps]),
             f"hematocrit within {LAYER:g} µm of the wall": profile[:, :layers].mean(axis=1),
             "flow rate [10³ µm³/ms]": np.array([step["flow"] or np.nan for step in steps]) * 1e-6,
             "distance of platelets from the wall [µm]": np.array([step["species"]["PLT"]["wallDistance"] for step in steps]),
         }
+        if (folder / CONTINUES).exists():
+            self.follow(RunOfStudy(folder.parent / (folder / CONTINUES).read_text().strip()))
+
+    def follow(self, before):
+        """Joins the curves to those of the run that this one continues."""
+        self.start, self.lost, self.seconds = before.start, before.lost + self.lost, min(before.seconds, self.seconds)
+        self.iterations = np.concatenate([before.iterations, before.iterations[-1] + self.iterations[1:]])
+        self.area = np.concatenate([before.area, (1 + before.area[-1]) * (1 + self.area[1:]) - 1])
+        self.force = np.concatenate([before.force, self.force[1:]])
+        for name, curve in self.curves.items():
+            self.curves[name] = np.concatenate([before.curves[name], curve[1:]])
 
 
 def padded(values, size=64):
@@ -128,7 +147,9 @@ def fastest(folder):
 
 
 def table(words):
-    folders = sorted(path.parent for path in Path(words.folder).glob("*/config.xml") if (path.parent / "output").is_dir())
+    continued = {path.read_text().strip() for path in Path(words.folder).glob(f"*/{CONTINUES}")}
+    folders = sorted(path.parent for path in Path(words.folder).glob("*/config.xml")
+                     if (path.parent / "output").is_dir() and path.parent.name not in continued)
     runs = [RunOfStudy(folder) for folder in folders if not words.only or re.search(words.only, folder.name)]
     longest = max(run.length for run in runs)
     runs = [run for run in runs if run.length > 0.75 * longest]  # not those that only provide blood
@@ -139,12 +160,12 @@ def table(words):
             continue
         bands = {name: band_of(uniform, name) for name in uniform[0].curves}
         print(f"\nHematocrit {hematocrit:g}; inside the band from iteration ... on\n")
-        print("| start | run | iterations | s per iteration | lost | largest change of area | " + " | ".join(
+        print("| start | run | iterations | s per iteration | lost | largest change of area | largest force [pN], median | " + " | ".join(
             f"{name}: {low:.3g} to {high:.3g}" for name, (low, high) in bands.items()) + " |")
-        print("| --- | --- | ---: | ---: | ---: | ---: | " + " | ".join(["---:"] * len(bands)) + " |")
+        print("| --- | --- | ---: | ---: | ---: | ---: | ---: | " + " | ".join(["---:"] * len(bands)) + " |")
         for run in sorted(chosen, key=lambda run: (run.start != "uniform", run.start, run.name)):
             found = [reached(run, name, band) for name, band in bands.items()]
-            print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.seconds:.3f} | {run.lost} | {100 * run.area.max():.1f} % | " +
+            print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.seconds:.3f} | {run.lost} | {100 * run.area.max():.1f} % | {np.median(run.force):.0f} | " +
                   " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
         values(chosen)
     if words.figure:
