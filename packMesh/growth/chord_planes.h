@@ -32,7 +32,7 @@ class ChordPlanes : public PlaneFunction {
   void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) override;
   bool isConcurrent() const override { return true; }
   /// Fewer planes take less time than the halving of a few more steps; tetrahedra pay for each overlap more.
-  double expectedShare() const override { return 0.3; }
+  double expectedShare() const override { return 0.25; }
 
   /// Adds only the planes at walls and at the boundaries of regions.
   void addAtWalls(const PlaneRequest& request, std::vector<CellPlanes>& planes) const;

@@ -27,7 +27,7 @@ HERE = Path(__file__).resolve().parent.parent.parent
 RADIUS, SPACING, STEP = 8.0, 5e-7, 1e-7  # of the tube [µm], of the lattice [m], of time [s]
 OUTPUT_EVERY = 1000  # iterations
 SMOOTH = 5  # outputs over which curves are averaged
-STEADY = 0.5  # the last part of a run from random positions that is taken for steady
+STEADY = 0.4  # the last part of the longest run from random positions that is taken for steady
 BAND = 2.0  # half width of the band of the steady state [standard deviations]
 CONTINUES = "continues"  # file with the name of the run that a run continues
 LAYER = 2.0  # thickness of the layer at the wall whose hematocrit is compared [µm]
@@ -127,8 +127,9 @@ def smooth(values):
 
 
 def band_of(runs, name):
-    """(low, high) of the steady state, from the last part of the runs from random positions."""
-    values = np.concatenate([smooth(run.curves[name])[int(STEADY * len(run.iterations)):] for run in runs])
+    """(low, high) of the steady state, from the last part of the longest run from random positions."""
+    longest = max(runs, key=lambda run: run.iterations[-1])
+    values = smooth(longest.curves[name])[int((1 - STEADY) * len(longest.iterations)):]
     return values.mean() - BAND * values.std(), values.mean() + BAND * values.std()
 
 
@@ -173,14 +174,22 @@ def table(words):
 
 
 def values(runs):
-    """The curves at some iterations."""
-    shown = [0, 5000, 10000, 20000, 30000, 40000, 60000, 80000]
+    """The curves at some iterations: mean over the seeds, and the range."""
+    shown = [0, 5000, 10000, 20000, 30000, 40000, 60000, 80000, 120000, 160000, 200000]
+    shown = [at for at in shown if at <= max(run.iterations[-1] for run in runs)]
     for name in runs[0].curves:
         print(f"\n| {name} at iteration | " + " | ".join(f"{at:,}" for at in shown) + " |")
         print("| --- |" + " ---: |" * len(shown))
-        for run in sorted(runs, key=lambda run: (run.start != "uniform", run.start, run.name)):
-            curve = dict(zip(run.iterations, smooth(run.curves[name])))
-            print(f"| {run.start} ({run.name}) | " + " | ".join(f"{curve[at]:.3g}" if at in curve and np.isfinite(curve[at]) else "" for at in shown) + " |")
+        for start in COLOURS:
+            curves = [dict(zip(run.iterations, smooth(run.curves[name]))) for run in runs if run.start == start]
+            found = [[curve[at] for curve in curves if np.isfinite(curve.get(at, np.nan))] for at in shown]
+            print(f"| {start} | " + " | ".join(text_of(of) for of in found) + " |")
+
+
+def text_of(seeds):
+    if not seeds:
+        return ""
+    return f"{np.mean(seeds):.3g}" + (f" ({min(seeds):.3g} to {max(seeds):.3g})" if len(seeds) > 1 else "")
 
 
 COLOURS = {"uniform": "C7", "developed": "C0", "flowing blood": "C3"}
