@@ -131,8 +131,8 @@ TEST_CASE("Growth gives the same bytes for the same seed and another packing for
 
 TEST_CASE("A relaxation finishes the last cells when the iterations of a barrier are used up") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
-  run.settings.maxIterations = 6;  // fewer than patience allows to judge
-  run.settings.patience = 7;
+  run.settings.maxIterations = 4;  // fewer than patience allows to judge
+  run.settings.patience = 5;
   CHECK(run());
   CHECK(run.statistics.relaxationsKept > 0);
   run.state.clear();
