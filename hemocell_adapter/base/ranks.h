@@ -18,7 +18,7 @@ Failure failureOfException();
 
 /// Invalid input is invalid on all ranks: the first one reports it, and all end. A rank that fails alone ends
 /// the others, which wait for it; lower ranks come first, so that only one of them reports.
-/// @return if all ranks have failed
+/// Returns only if all ranks have failed, or there is only one; waits for the others for some seconds.
 void endUnlessOfAll(const Failure& failure, Arrival& failures, const Communicator& ranks);
 
 /// All ranks execute `work`, which must not communicate. Collective.

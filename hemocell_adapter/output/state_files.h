@@ -43,7 +43,7 @@ class StateFiles {
 };
 
 /// The state from which a run continues. All ranks call.
-/// @throws InputError, AgreedFailure
+/// @throws InputError on all ranks
 PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh::hemocell

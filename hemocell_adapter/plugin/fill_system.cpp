@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <fmt/format.h>
-
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>

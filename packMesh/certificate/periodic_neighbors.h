@@ -31,7 +31,7 @@ class PeriodicNeighbors {
   PeriodicNeighbors(std::vector<Sphere> spheres, const Vec3& period);
 
   /// Calls visit(pair) for each pair of `sphere` with another sphere, an image of one, or an image of itself
-  /// that is closer than `margin` [µm], if wanted(other).
+  /// that is closer than `margin` [µm], if wanted(other), which is asked of some that are further away, too.
   /// @throws InputError if more than a hundred images of the sphere along an axis are relevant
   template <class Wanted, class Visit>
   void forEachNear(std::int64_t sphere, double margin, const Wanted& wanted, const Visit& visit) const {

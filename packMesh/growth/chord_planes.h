@@ -31,7 +31,7 @@ class ChordPlanes : public PlaneFunction {
   /// Planes for chords that are short enough to be relevant in the request.
   void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) override;
   bool isConcurrent() const override { return true; }
-  /// Fewer planes take less time than the halving of a few more steps; tetrahedra pay for each overlap more.
+  /// Fewer planes save more time than the halving of a few more steps costs; with CAT faces it costs more.
   double expectedShare() const override { return 0.25; }
 
   /// Adds only the planes at walls and at the boundaries of regions.

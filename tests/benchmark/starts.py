@@ -54,21 +54,21 @@ CASE = """<?xml version="1.0" ?>
 
 
 def write_case(words):
-    folder = Path(words.folder)
+    folder, before = Path(words.folder), Path(words.start)
+    state = before
+    if before.is_dir():
+        if before.resolve().parent != folder.resolve().parent:
+            sys.exit(f"{folder}: must be beside {before}, which it continues")
+        state = before / "last.h5"
+        subprocess.run([sys.executable, "-m", "packmesh", "run", before / "output", "--case", before / "config.xml", "--state", state], check=True)
+    start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start, f"<blood> {state.resolve()} </blood>")
     folder.mkdir(parents=True)
+    if before.is_dir():
+        (folder / CONTINUES).write_text(before.name)
     tube = subprocess.run([HERE / "scripts/make_tube.sh", str(words.length), str(RADIUS), "96"], capture_output=True, check=True)
     (folder / "tube.stl").write_bytes(tube.stdout)
     for name in ("RBC.xml", "PLT.xml"):
         (folder / name).write_bytes((HERE / "examples/pipe" / name).read_bytes())
-    start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start)
-    if start is None:
-        state = Path(words.start)
-        if state.is_dir():
-            subprocess.run([sys.executable, "-m", "packmesh", "run", state / "output", "--case", state / "config.xml", "--state", state / "last.h5"],
-                           check=True)
-            (folder / CONTINUES).write_text(state.name)
-            state = state / "last.h5"
-        start = f"<blood> {state.resolve()} </blood>"
     (folder / "config.xml").write_text(CASE.format(
         spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds, envelope=words.envelope,
         iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit, seed=words.seed, start=start))
@@ -84,7 +84,10 @@ class RunOfStudy:
         self.name, self.seconds = folder.name, fastest(folder)
         packing = xml.parse(folder / "config.xml").getroot().find("packing")
         self.hematocrit = float(packing.find("hematocrit").text)
-        self.start = "developed" if packing.find("profile") is not None else "flowing blood" if packing.find("blood") is not None else "uniform"
+        self.start = "uniform" if packing.find("profile") is None else "developed"
+        if packing.find("blood") is not None:
+            source = Path(packing.find("blood").text.strip()).parent  # the folder of a run, at the end of which the state was written
+            self.start = f"blood after {iterations_of(source):,} iterations"
         config = str(folder / "config.xml")
         lumen = RunLumen(config)
         self.length = lumen.period[0]
@@ -115,6 +118,13 @@ class RunOfStudy:
         self.force = np.concatenate([before.force, self.force[1:]])
         for name, curve in self.curves.items():
             self.curves[name] = np.concatenate([before.curves[name], curve[1:]])
+
+
+def iterations_of(folder):
+    """Of a run, with those of the run that it continues."""
+    own = int(xml.parse(folder / "config.xml").getroot().find("sim/tmax").text)
+    before = folder / CONTINUES
+    return own + (iterations_of(folder.parent / before.read_text().strip()) if before.exists() else 0)
 
 
 def padded(values, size=64):
@@ -148,7 +158,7 @@ def fastest(folder):
 
 
 def table(words):
-    continued = {path.read_text().strip() for path in Path(words.folder).glob(f"*/{CONTINUES}")}
+    continued = {path.read_text().strip() for path in Path(words.folder).glob(f"*/{CONTINUES}") if (path.parent / "output").is_dir()}
     folders = sorted(path.parent for path in Path(words.folder).glob("*/config.xml")
                      if (path.parent / "output").is_dir() and path.parent.name not in continued)
     runs = [RunOfStudy(folder) for folder in folders if not words.only or re.search(words.only, folder.name)]
@@ -164,7 +174,7 @@ def table(words):
         print("| start | run | iterations | s per iteration | lost | largest change of area | largest force [pN], median | " + " | ".join(
             f"{name}: {low:.3g} to {high:.3g}" for name, (low, high) in bands.items()) + " |")
         print("| --- | --- | ---: | ---: | ---: | ---: | ---: | " + " | ".join(["---:"] * len(bands)) + " |")
-        for run in sorted(chosen, key=lambda run: (run.start != "uniform", run.start, run.name)):
+        for run in sorted(chosen, key=lambda run: (list(starts_of(chosen)).index(run.start), run.name)):
             found = [reached(run, name, band) for name, band in bands.items()]
             print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.seconds:.3f} | {run.lost} | {100 * run.area.max():.1f} % | {np.median(run.force):.0f} | " +
                   " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
@@ -180,7 +190,7 @@ def values(runs):
     for name in runs[0].curves:
         print(f"\n| {name} at iteration | " + " | ".join(f"{at:,}" for at in shown) + " |")
         print("| --- |" + " ---: |" * len(shown))
-        for start in COLOURS:
+        for start in starts_of(runs):
             curves = [dict(zip(run.iterations, smooth(run.curves[name]))) for run in runs if run.start == start]
             found = [[curve[at] for curve in curves if np.isfinite(curve.get(at, np.nan))] for at in shown]
             print(f"| {start} | " + " | ".join(text_of(of) for of in found) + " |")
@@ -192,7 +202,10 @@ def text_of(seeds):
     return f"{np.mean(seeds):.3g}" + (f" ({min(seeds):.3g} to {max(seeds):.3g})" if len(seeds) > 1 else "")
 
 
-COLOURS = {"uniform": "C7", "developed": "C0", "flowing blood": "C3"}
+def starts_of(runs):
+    """The kinds of start, in the order of tables, with colours."""
+    found = sorted({run.start for run in runs}, key=lambda start: (start != "uniform", start != "developed", start))
+    return {start: f"C{(7, 0, 1, 3, 4, 5, 6, 8, 9, 2)[k % 10]}" for k, start in enumerate(found)}
 
 
 def draw(runs, file):
@@ -201,6 +214,7 @@ def draw(runs, file):
     import matplotlib.pyplot as plt
     hematocrits = sorted({run.hematocrit for run in runs})
     names = list(runs[0].curves)
+    colours = starts_of(runs)
     figure, axes = plt.subplots(len(names), len(hematocrits), figsize=(4.2 * len(hematocrits), 2.1 * len(names)), sharex=True, squeeze=False)
     for column, hematocrit in enumerate(hematocrits):
         chosen = [run for run in runs if run.hematocrit == hematocrit]
@@ -210,14 +224,14 @@ def draw(runs, file):
             if uniform:
                 axis.axhspan(*band_of(uniform, name), color="C7", alpha=0.2, linewidth=0)
             for run in chosen:
-                axis.plot(run.iterations / 1000, smooth(run.curves[name]), color=COLOURS[run.start], linewidth=1, label=run.start)
+                axis.plot(run.iterations / 1000, smooth(run.curves[name]), color=colours[run.start], linewidth=1, label=run.start)
             axis.set_ylabel(name.replace(" [", "\n[").replace(" within", "\nwithin").replace("platelets", "platelets\n"), fontsize=8)
             axis.grid(alpha=0.3)
             axis.tick_params(labelsize=8)
         axes[0, column].set_title(f"hematocrit {hematocrit:g}", fontsize=9)
         axes[-1, column].set_xlabel("thousands of iterations", fontsize=8)
     legend = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels())))
-    axes[0, 0].legend(legend.values(), legend.keys(), fontsize=7)
+    axes[0, 0].legend([legend[start] for start in colours if start in legend], [start for start in colours if start in legend], fontsize=7)
     figure.tight_layout()
     figure.savefig(file, dpi=100, metadata={"Software": None})
 
@@ -227,7 +241,7 @@ def main():
     commands = parser.add_subparsers(dest="command", required=True)
     case = commands.add_parser("case", help="write a case")
     case.add_argument("folder")
-    case.add_argument("start", help="uniform, developed, or a state (.h5)")
+    case.add_argument("start", help="uniform, developed, a state (.h5), or the folder of a run of the same tube, to continue it")
     case.add_argument("--hematocrit", type=float, required=True)
     case.add_argument("--seed", type=int, required=True)
     case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")

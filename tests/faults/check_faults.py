@@ -297,15 +297,17 @@ def tetgen():
     """The run goes on with planes of the other kind; one that never answers ends with the run; a missing one is an error."""
     words = ["10", "10", "10", "--rbc", "2", "--method", "cat", "--verbose", "--builder"]
     with Folder() as folder, tempfile.TemporaryDirectory() as other:  # without an answer
-        subprocess.run([PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True, env=tetgen_stand_in(other, "exit 1"), check=True)
-        chords = (folder.path / "RBC.pos").read_text()
+        done = subprocess.run([PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True, text=True,
+                              env=tetgen_stand_in(other, "exit 1"), timeout=HANGS, check=True)
+        assert "ended with exit code 1" in done.stdout, done.stdout
+        unanswered = (folder.path / "RBC.pos").read_text()
     for ranks in (1, 2):
         for name, (script, said) in TETGEN_FAULTS.items():
             with Folder() as folder, tempfile.TemporaryDirectory() as other:
                 done = subprocess.run([*of_ranks(ranks), PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True, text=True,
                                       env=tetgen_stand_in(other, script), timeout=HANGS)
                 expect(f"packmesh-tetgen {name}, {ranks} ranks", folder, (done.returncode, done.stderr), [0])
-                if said not in done.stdout or (folder.path / "RBC.pos").read_text() != chords:
+                if said not in done.stdout or (folder.path / "RBC.pos").read_text() != unanswered:
                     failures.append(f"packmesh-tetgen {name}, {ranks} ranks")
                     print(done.stdout)
         for several in (1, 2):  # side by side, of the two halves of 172 cells

@@ -32,15 +32,16 @@ def test_it_is_found_beside_the_package(tmp_path):
 
 @pytest.mark.parametrize("script", ["kill -9 $$", "kill -SEGV $$", f"ulimit -v 4000; exec '{REAL}'",
                                     "head -c 100000 /dev/urandom >&3", f"exec '{REAL}' 3< /dev/urandom"])
-def test_faults(script, stand_in, tmp_path):
+def test_faults(script, stand_in):
     faces = packmesh.pack(**PROBLEM, builder="cat-faces")
     stand_in("exit 1")
-    chords = packmesh.pack(**PROBLEM, builder="cat-faces")
+    unanswered = packmesh.pack(**PROBLEM, builder="cat-faces")
     runs = stand_in(script)
     runs.unlink()
     faulty = packmesh.pack(**PROBLEM, builder="cat-faces")
     assert runs.exists()
-    assert (faulty.positions == chords.positions).all() and (chords.positions != faces.positions).any()
+    assert (faulty.positions == unanswered.positions).all() and (faulty.rotations == unanswered.rotations).all()
+    assert (unanswered.positions != faces.positions).any()
 
 
 def test_missing(monkeypatch):
