@@ -28,7 +28,8 @@ RADIUS, SPACING, STEP = 8.0, 5e-7, 1e-7  # of the tube [µm], of the lattice [m]
 OUTPUT_EVERY = 1000  # iterations
 SMOOTH = 5  # outputs over which curves are averaged
 STEADY = 0.4  # the last part of the longest run from random positions that is taken for steady
-BAND = 2.0  # half width of the band of the steady state [standard deviations]
+BAND = 2.0  # half width of the band of the steady state [standard deviations], and at least
+LEAST = 0.05  # [of the mean]: runs that are steady differ by so much, as each keeps an arrangement of its cells
 CONTINUES = "continues"  # file with the name of the run that a run continues
 LAYER = 2.0  # thickness of the layer at the wall whose hematocrit is compared [µm]
 
@@ -140,7 +141,8 @@ def band_of(runs, name):
     """(low, high) of the steady state, from the last part of the longest run from random positions."""
     longest = max(runs, key=lambda run: run.iterations[-1])
     values = smooth(longest.curves[name])[int((1 - STEADY) * len(longest.iterations)):]
-    return values.mean() - BAND * values.std(), values.mean() + BAND * values.std()
+    half = max(BAND * values.std(), LEAST * values.mean())
+    return values.mean() - half, values.mean() + half
 
 
 def reached(run, name, band):
