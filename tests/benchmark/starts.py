@@ -29,7 +29,7 @@ OUTPUT_EVERY = 1000  # iterations
 SMOOTH = 5  # outputs over which curves are averaged
 STEADY = 0.4  # the last part of the longest run from random positions that is taken for steady
 BAND = 2.0  # half width of the band of the steady state [standard deviations], and at least
-LEAST = 0.05  # [of the mean]: runs that are steady differ by so much, as each keeps an arrangement of its cells
+LEAST = 0.05  # [of the mean]: long runs from different starts differ by nearly as much
 CONTINUES = "continues"  # file with the name of the run that a run continues
 LAYER = 2.0  # thickness of the layer at the wall whose hematocrit is compared [µm]
 
