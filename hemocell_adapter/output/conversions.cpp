@@ -46,6 +46,10 @@ std::vector<Words> commandsFor(const OutputRequest& output, const fs::path& file
   return commands;
 }
 
+bool needsConversion(const OutputRequest& output) {
+  return !commandsFor(output, {}).empty();
+}
+
 std::string asTyped(const std::vector<Words>& commands) {
   std::string text;
   for (const Words& words : commands) text += (text.empty() ? "" : " && ") + hemocell::asTyped(words);
@@ -70,10 +74,6 @@ void warnOfMissing(const OutputRequest& output, const std::string& why) {
 }
 
 }  // namespace
-
-bool needsConversion(const OutputRequest& output) {
-  return !output.exports.empty() || output.writesVtp() || output.vtpMeshes || wantsPage(output);
-}
 
 std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest& output,
                                      const std::vector<std::int64_t>& counts) {

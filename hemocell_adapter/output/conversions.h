@@ -14,9 +14,6 @@
 
 namespace packmesh::hemocell {
 
-/// Whether such files are requested.
-bool needsConversion(const OutputRequest& output);
-
 /// The files that packmesh will write; the tables if it cannot be used, of which it warns. One rank calls it.
 /// @param counts of the species, at most
 /// @throws InputError if another program cannot have these cells, or not there

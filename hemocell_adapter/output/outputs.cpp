@@ -152,7 +152,7 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
 
 void writeViews(const Finished& done, const RunTimes& times) {
   const OutputRequest& output = done.output;
-  if (!output.reportFile && !needsConversion(output)) return;
+  if (!output.asksForViews()) return;
   const CellMeasures measures = measuresOf(done);
   if (output.reportFile) {
     SharedFiles(done.ranks()).makeFolder(output.reportFile->parent_path());

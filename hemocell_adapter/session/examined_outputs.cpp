@@ -41,7 +41,7 @@ void withExamined(Problem problem, const OutputRequest& output, const FoundCells
 
 void writeOutputsOf(const Problem& problem, const OutputRequest& output, const FoundCells& found,
                     const Examination& examination, const RunTimes& times) {
-  if (!output.reportFile && !needsConversion(output)) return;
+  if (!output.asksForViews()) return;
   withExamined(problem, output, found, examination, [&](const Finished& done) {
     onFirstRank(done.ranks(), [&] { requireWritableOutputs(done.problem, output, false); });
     writeViews(done, times);

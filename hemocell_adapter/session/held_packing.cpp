@@ -256,6 +256,11 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
   writeState(file, problem, state.command, saved);
 }
 
+std::vector<CellColumn> columnsOf(const HeldPacking& held) {
+  const CellMeasures own = asFinished(held.packing, {}, [](const Finished& done) { return measuresOf(done); });
+  return packmesh::columnsOf(own, held.packing.result.cells.size());
+}
+
 std::string reportOf(const HeldPacking& held) {
   return asFinished(held.packing, held.packing.problem->request.output,
                     [&](const Finished& done) { return reportText(done, held.packing.times); });

@@ -12,6 +12,7 @@
 
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/parallel/communicator.h"
 
@@ -81,6 +82,9 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const s
 /// @param words the command that it contains
 void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
                  const std::filesystem::path& file);
+
+/// What is measured of this rank's cells, in their order. All ranks call. Pre: with a problem
+std::vector<CellColumn> columnsOf(const HeldPacking& held);
 
 /// The report as JSON. All ranks call. Pre: with a problem
 std::string reportOf(const HeldPacking& held);

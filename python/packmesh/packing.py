@@ -225,6 +225,11 @@ class Packing(CellPacking):
         """Tests the cells once more, on this rank (collective)."""
         return Check._of(self._held.check())
 
+    def columns(self) -> Dict[str, Floats]:
+        """What is measured of each cell, by its name in state files: "gap" to the nearest other membrane [µm, up to 1],
+        "local_hematocrit" around it, shape (N,) (collective)."""
+        return self._held.columns()
+
     def report(self) -> Dict[str, Any]:
         """All data of the run, as in report.json of the program (collective)."""
         return json.loads(self._held.report())

@@ -262,6 +262,18 @@ py::list countsByName(const PythonPacking& packing) {
   return counts;
 }
 
+/// By name: shape (N,), or (N, k).
+py::dict columnsByName(PythonPacking& packing) {
+  const std::vector<CellColumn> columns =
+      withScene(packing, [](const HeldPacking& held) { return columnsOf(held); });
+  py::dict all;
+  for (const CellColumn& column : columns) {
+    const py::array_t<double> values(static_cast<py::ssize_t>(column.values.size()), column.values.data());
+    all[py::str(column.name)] = column.width == 1 ? py::object(values) : values.attr("reshape")(-1, column.width);
+  }
+  return all;
+}
+
 /// File names in them need not be UTF-8.
 std::vector<py::bytes> wordsOf(const PythonPacking& packing) {
   return {packing.held->words.begin(), packing.held->words.end()};
@@ -309,6 +321,7 @@ void addPacking(py::module_& module) {
                  withScene(p, [](const HeldPacking& held) { return held.packing.result.certificate; }));
            })
       .def("check", &examined)
+      .def("columns", &columnsByName)
       .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
       .def("lumen",
            [](PythonPacking& p) {

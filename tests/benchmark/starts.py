@@ -5,7 +5,7 @@
     starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N]    writes a case for HemoCell's pipe program
     starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
 
-START is uniform, developed, the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start as they were,
+START is uniform, developed, a profile (.txt), the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start as they were,
 from fluid at rest, which takes some hundred iterations, and its curves are joined to those of the run before. The pipe program is
 HemoCell's pipeflow with the plug-in (docs/howto/plugin.md), OUTPUT_CELL_ID among its outputs, and nothing else changed; each case
 is run in its folder on one rank:
@@ -63,6 +63,8 @@ def write_case(words):
         state = before / "last.h5"
         subprocess.run([sys.executable, "-m", "packmesh", "run", before / "output", "--case", before / "config.xml", "--state", state], check=True)
     start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start, f"<blood> {state.resolve()} </blood>")
+    if before.suffix == ".txt":
+        start = f"<profile> {before.resolve()} </profile>"
     folder.mkdir(parents=True)
     if before.is_dir():
         (folder / CONTINUES).write_text(before.name)
@@ -85,10 +87,11 @@ class RunOfStudy:
         self.name, self.seconds = folder.name, fastest(folder)
         packing = xml.parse(folder / "config.xml").getroot().find("packing")
         self.hematocrit = float(packing.find("hematocrit").text)
-        self.start = "uniform" if packing.find("profile") is None else "developed"
+        profile = packing.findtext("profile", "").strip()
+        self.start = f"profile {Path(profile).stem}" if profile.endswith(".txt") else profile or "uniform"
         if packing.find("blood") is not None:
             source = Path(packing.find("blood").text.strip()).parent  # the folder of a run, at the end of which the state was written
-            self.start = f"blood after {iterations_of(source):,} iterations"
+            self.start = f"blood of {period_of(source):.1f} µm after {iterations_of(source):,} iterations"
         config = str(folder / "config.xml")
         lumen = RunLumen(config)
         self.length = lumen.period[0]
@@ -126,6 +129,12 @@ def iterations_of(folder):
     own = int(xml.parse(folder / "config.xml").getroot().find("sim/tmax").text)
     before = folder / CONTINUES
     return own + (iterations_of(folder.parent / before.read_text().strip()) if before.exists() else 0)
+
+
+def period_of(folder):
+    """Of the tube of a run [µm]."""
+    from packmesh.run_lumen import RunLumen
+    return RunLumen(str(folder / "config.xml")).period[0]
 
 
 def padded(values, size=64):
@@ -206,7 +215,7 @@ def text_of(seeds):
 
 def starts_of(runs):
     """The kinds of start, in the order of tables, with colours."""
-    found = sorted({run.start for run in runs}, key=lambda start: (start != "uniform", start != "developed", start))
+    found = sorted({run.start for run in runs}, key=lambda start: (["uniform", "developed", "profile", "blood"].index(start.split()[0]), start))
     return {start: f"C{(7, 0, 1, 3, 4, 5, 6, 8, 9, 2)[k % 10]}" for k, start in enumerate(found)}
 
 
@@ -243,7 +252,7 @@ def main():
     commands = parser.add_subparsers(dest="command", required=True)
     case = commands.add_parser("case", help="write a case")
     case.add_argument("folder")
-    case.add_argument("start", help="uniform, developed, a state (.h5), or the folder of a run of the same tube, to continue it")
+    case.add_argument("start", help="uniform, developed, a profile (.txt), a state (.h5), or the folder of a run of the same tube, to continue it")
     case.add_argument("--hematocrit", type=float, required=True)
     case.add_argument("--seed", type=int, required=True)
     case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")

@@ -26,6 +26,9 @@ loaded = packmesh.load(folder / "cells.h5", comm=comm)
 assert np.array_equal(np.concatenate(comm.allgather(loaded.positions)), np.concatenate(comm.allgather(packing.positions)))
 assert loaded.check().clean and loaded.certificate.clean and loaded.hematocrit == packing.hematocrit
 assert packing.report()["measures"] == packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5).report()["measures"]
+columns = packing.columns()
+gaps = np.concatenate(comm.allgather(columns["gap"]))
+assert len(columns["gap"]) == len(packing) and gaps.min() == packing.certificate.minimum_gap
 packmesh.pack(box=(45, 45, 45), hematocrit=0.3, start=packing, comm=comm).write_pos(folder / "start")
 try:
     packmesh.pack(box=(45, 45, 45), hematocrit=0.9, comm=comm)

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import packmesh
+from packmesh.packing_file import PackingFile
 from packmesh.pos import quaternions
 
 
@@ -85,6 +86,18 @@ def test_report_is_that_of_the_program(packing, program):
     np.testing.assert_array_equal(profiles["x"].hematocrit, of_x["red"])
     np.testing.assert_array_equal(profiles["x"].fraction["PLT"], of_x["species"][1]["fraction"])
     assert len(profiles["x"].position) == len(of_x["lumen"])
+
+
+def test_columns_are_those_of_states(packing, tmp_path):
+    columns = packing.columns()
+    assert {"gap", "local_hematocrit"} <= set(columns) and all(len(values) == len(packing) for values in columns.values())
+    assert columns["gap"].min() == packing.certificate.minimum_gap
+    packing.save(tmp_path / "cells.h5")
+    stored = PackingFile(str(tmp_path / "cells.h5")).columns
+    loaded = packmesh.load(tmp_path / "cells.h5").columns()
+    for name, values in columns.items():
+        np.testing.assert_array_equal(values, stored[name])
+        np.testing.assert_array_equal(values, loaded[name])
 
 
 def test_profile_over_the_distance_to_the_wall():
