@@ -8,6 +8,7 @@
 #include <iostream>
 #include <memory>
 
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/output/python_command.h"
 #include "packMesh/core/error.h"
@@ -36,9 +37,7 @@ constexpr const char* usage =
     "\n"
     "Files other than .h5 are written by the command packmesh of the Python package.\n";
 
-struct UsageError : InputError {
-  using InputError::InputError;
-};
+using hemocell::UsageError;
 
 struct Options {
   std::string container;
@@ -194,14 +193,8 @@ int main(int argc, char** argv) {
   try {
     run(parse(argc, argv));
     return 0;
-  } catch (const UsageError& error) {
-    std::cerr << "(packMesh) (Error) " << error.what() << '\n';
-    return 1;
-  } catch (const Error& error) {
-    std::cerr << "(packMesh) (Error) " << error.what() << '\n';
-    return 2;
   } catch (const std::exception& error) {
     std::cerr << "(packMesh) (Error) " << error.what() << '\n';
-    return 70;
+    return dynamic_cast<const UsageError*>(&error) ? 1 : dynamic_cast<const Error*>(&error) ? 2 : 70;
   }
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
@@ -13,23 +14,13 @@
 namespace packmesh::hemocell {
 namespace {
 
-const char* title(Topic topic) {
-  switch (topic) {
-    case Topic::cells:
-      return "Cells";
-    case Topic::lumen:
-      return "Lumen";
-    case Topic::packing:
-      return "Method";
-    case Topic::limits:
-      return "Limits";
-    case Topic::output:
-      return "Output";
-    case Topic::ignored:
-      return "Accepted for compatibility with packCells, without effect";
-  }
-  return "";
-}
+constexpr std::pair<Topic, const char*> topics[] = {
+    {Topic::cells, "Cells"},
+    {Topic::lumen, "Lumen"},
+    {Topic::packing, "Method"},
+    {Topic::limits, "Limits"},
+    {Topic::output, "Output"},
+    {Topic::ignored, "Accepted for compatibility with packCells, without effect"}};
 
 /// Appends `text` in lines that end before column 100; further lines are indented to column `indent`.
 void wrap(std::string& out, const std::string& text, std::size_t column, std::size_t indent) {
@@ -65,18 +56,15 @@ std::string describe(const Setting& setting) {
   std::string text = setting.help;
   const auto& values = setting.values;
   if (values.size() == 1 && *values[0].unit) text += fmt::format(" [{}]", values[0].unit);
-  if (!setting.flag && !setting.fallback.empty()) text += fmt::format(" (default: {})", setting.fallback);
+  if (!setting.isFlag() && !setting.fallback.empty()) text += fmt::format(" (default: {})", setting.fallback);
   return text;
 }
-
-constexpr Topic topics[] = {Topic::cells,  Topic::lumen,  Topic::packing,
-                            Topic::limits, Topic::output, Topic::ignored};
 
 /// "-h, --hematocrit h".
 std::string headOf(const Setting& setting) {
   std::string head = setting.letter ? fmt::format("-{}, --{}", setting.letter, setting.option)
                                     : fmt::format("--{}", setting.option);
-  if (!setting.flag)
+  if (!setting.isFlag())
     for (const ValueSpec& value : setting.values) head += fmt::format(" {}", value.placeholder);
   return head;
 }
@@ -102,8 +90,8 @@ std::string helpText(bool asPackCells) {
       "or a blank before the value, in any order, and abbreviated to unique prefixes. They override the\n"
       "<packing> section of config.xml, described by --print-config-reference (or --reference).\n",
       program);
-  for (const Topic topic : topics) {
-    out += fmt::format("\n{}:\n", title(topic));
+  for (const auto& [topic, title] : topics) {
+    out += fmt::format("\n{}:\n", title);
     for (const Setting& setting : settingsTable()) {
       if (setting.topic != topic || setting.option.empty()) continue;
       entry(out, headOf(setting), describe(setting));
@@ -137,8 +125,8 @@ std::string manText() {
   out +=
       ".SH DESCRIPTION\nWrites <Cell>.pos for each kind of cell: the real meshes, in the real lumen, at the "
       "requested hematocrit, certified to be free of overlap.\n";
-  for (const Topic topic : topics) {
-    out += fmt::format(".SH {}\n", upper(title(topic)));
+  for (const auto& [topic, title] : topics) {
+    out += fmt::format(".SH {}\n", upper(title));
     for (const Setting& setting : settingsTable()) {
       if (setting.topic != topic || setting.option.empty()) continue;
       out += fmt::format(".TP\n.B {}\n{}\n", escaped(headOf(setting)), escaped(describe(setting)));
@@ -166,7 +154,7 @@ std::string completionText() {
     if (setting.option.empty() || setting.topic == Topic::ignored) continue;
     words += fmt::format(" --{}", setting.option);
     if (!setting.packingOnly) checkWords += fmt::format(" --{}", setting.option);
-    if (setting.flag) continue;
+    if (setting.isFlag()) continue;
     const ValueSpec& value = setting.values.front();
     if (value.kind == Kind::choice)
       cases += fmt::format("    --{}) COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); return ;;\n",

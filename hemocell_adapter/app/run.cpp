@@ -26,16 +26,14 @@ namespace fs = std::filesystem;
 
 RealisationFigures figuresOf(const Packing& packing) {
   const PackingResult& result = packing.result;
-  RealisationFigures figures;
-  figures.complete = result.outcome != Outcome::outOfReach;
-  figures.cells = result.cellCount;
-  figures.hematocrit = packing.cells.tally.redMesh / packing.problem->lumen.container->volume();
-  figures.minimumGap = result.certificate.minimumGap;
-  figures.minimumWallGap = result.certificate.minimumWallGap;
-  figures.sweeps = result.statistics.effort();
-  figures.cpuSeconds = packing.times.cpu;
-  figures.wallSeconds = packing.times.wall;
-  return figures;
+  return {result.outcome != Outcome::outOfReach,
+          result.cellCount,
+          packing.cells.tally.redMesh / packing.problem->lumen.container->volume(),
+          result.certificate.minimumGap,
+          result.certificate.minimumWallGap,
+          result.statistics.effort(),
+          packing.times.cpu,
+          packing.times.wall};
 }
 
 /// For cells that cross periodic faces.
@@ -62,7 +60,7 @@ void write(const Packing& packing) {
   if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(problem, output);
-  asFinished(packing, output, [&](const Finished& done) { writeViews(done, packing.times); });
+  writeViews(finishedOf(packing, output), packing.times);
 }
 
 bool writes(const Request& request) {
@@ -91,9 +89,7 @@ void requireWritableFolders(const Request& request, const Communicator& ranks) {
     const OutputRequest& output = request.output;
     requireWritable(output.folder);
     if (output.reportFile) requireWritable(output.reportFile->parent_path());
-    if (!output.stateFile) return;
-    requireWritable(output.stateFile->parent_path());
-    requireReplaceableState(request);
+    if (output.stateFile) requireReplaceableState(request);
   });
 }
 

@@ -15,7 +15,7 @@ struct Failure {
   std::string message;
 };
 
-/// Thrown identically on all ranks.
+/// Thrown identically on all ranks, or inside together(), which makes it that of all.
 class AgreedFailure : public std::runtime_error {
  public:
   explicit AgreedFailure(const Failure& failure) : std::runtime_error(failure.message), code_(failure.code) {}

@@ -11,7 +11,6 @@
 #include <string>
 
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/base/stopped.h"
 #include "packMesh/core/environment.h"
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/launcher.h"
@@ -24,8 +23,6 @@ Failure failureOfException() {
     throw;
   } catch (const AgreedFailure& error) {
     return {error.code(), error.what()};
-  } catch (const Stopped& stopped) {
-    return {stopped.code(), stopped.what()};
   } catch (const UsageError& error) {
     return {ExitCode::usage, error.what()};
   } catch (const OutputError& error) {

@@ -129,16 +129,10 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       if (letter.size() == 1 && letter[0] >= 'x' && letter[0] <= 'z') return std::int64_t(letter[0] - 'x');
       return {};
     }
-    case Kind::plane: {
-      const auto plane = nodePlaneFromString(text);
-      if (plane) return *plane;
-      return {};
-    }
-    case Kind::axes: {
-      const auto axes = toAxes(text);
-      if (axes) return *axes;
-      return {};
-    }
+    case Kind::plane:
+      return nodePlaneFromString(text);
+    case Kind::axes:
+      return toAxes(text);
     case Kind::vector: {
       const auto numbers = toNumbers(spec, text);
       if (numbers.size() != 3) return {};
@@ -186,9 +180,8 @@ std::string expectation(const ValueSpec& spec) {
                                                               : "some text";
     case Kind::name:
       return expectedCellName();
-    case Kind::choice: {
+    case Kind::choice:
       return alternatives(spec.choices);
-    }
     case Kind::axis:
       return "an axis: x, y or z";
     case Kind::plane:

@@ -97,13 +97,11 @@ std::string textOf(const XMLElement& element) {
 }
 
 Value valueOf(const XMLElement& element, const ValueSpec& spec, const fs::path& file) {
-  try {
+  return located(placeOf(element, file), [&] {
     if (const XMLElement* inside = element.FirstChildElement())
       throw InputError(fmt::format("expected {}, found the tag <{}>", expectation(spec), inside->Name()));
     return parseValue(spec, textOf(element));
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
-  }
+  });
 }
 
 const XMLElement* onlyChild(const XMLElement& parent, const char* name, const fs::path& file) {

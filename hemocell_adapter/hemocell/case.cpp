@@ -6,6 +6,7 @@
 #include "hemocell_adapter/base/xml_tags.h"
 #include "hemocell_adapter/hemocell/running_case_file.h"
 #include "hemocell_adapter/settings/packing_section.h"
+#include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
@@ -17,45 +18,25 @@ namespace fs = std::filesystem;
 /// 2^20 nodes along one axis are half a metre of vessel at dx = 0.5 µm: larger numbers are probably errors.
 constexpr double mostNodes = 1 << 20;
 
-/// A tag of `<domain>`.
-struct DomainTag {
-  const char* name;
-  Kind kind;
-  const char* unit;
-  double low, high;
-  bool lowExcluded;
-};
-/// A spacing of 100 µm or more is probably in a wrong unit.
-constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, true};
-constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
-constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};
-
-constexpr DomainTag envelopeTag = {"particleEnvelope", Kind::integer, "lattice nodes", 0, mostNodes, false};
-constexpr DomainTag lengthNTag = {"lengthN", Kind::integer, "lattice nodes", 1, mostNodes, false};
-
-ValueSpec specOf(const DomainTag& tag) {
-  ValueSpec spec;
-  spec.kind = tag.kind;
-  spec.unit = tag.unit;
-  spec.low = tag.low;
-  spec.high = tag.high;
-  spec.lowExcluded = tag.lowExcluded;
-  return spec;
-}
-
-Value required(const XMLElement& domain, const DomainTag& tag, const fs::path& file) {
-  const XMLElement* element = onlyChild(domain, tag.name, file);
+/// The value of a tag of `<domain>`.
+Value required(const XMLElement& domain, const char* tag, const ValueSpec& spec, const fs::path& file) {
+  const XMLElement* element = onlyChild(domain, tag, file);
   if (!element) {
-    throw InputError(fmt::format("{}: has no <{}>; expected {}", placeOf(domain, file), tag.name,
-                                 expectation(specOf(tag))));
+    throw InputError(
+        fmt::format("{}: has no <{}>; expected {}", placeOf(domain, file), tag, expectation(spec)));
   }
-  Value value = valueOf(*element, specOf(tag), file);
+  Value value = valueOf(*element, spec, file);
   // HemoCell stops reading at the first non-digit: 1e3 is read as 1.
-  if (tag.kind == Kind::integer && textOf(*element).find_first_of("eE") != std::string::npos) {
+  if (spec.kind == Kind::integer && textOf(*element).find_first_of("eE") != std::string::npos) {
     throw InputError(fmt::format("{}: expected a whole number without exponent, found '{}'",
                                  placeOf(*element, file), trimmed(textOf(*element))));
   }
   return value;
+}
+
+int nodesIn(const XMLElement& domain, const char* tag, int least, const fs::path& file) {
+  const ValueSpec spec = specs::integer("", "lattice nodes", least, mostNodes);
+  return int(std::get<std::int64_t>(required(domain, tag, spec, file)));
 }
 
 /// `<nx> <ny> <nz>` or `<Nx> <Ny> <Nz>`: all three or none.
@@ -63,10 +44,7 @@ std::optional<std::array<int, 3>> boxNodes(const XMLElement& domain, const fs::p
   for (const auto& names : {std::array<const char*, 3>{"nx", "ny", "nz"}, {"Nx", "Ny", "Nz"}}) {
     if (!domain.FirstChildElement(names[0])) continue;
     std::array<int, 3> nodes{};
-    for (int k = 0; k < 3; ++k) {
-      const DomainTag tag = {names[k], Kind::integer, "lattice nodes", 1, mostNodes, false};
-      nodes[k] = int(std::get<std::int64_t>(required(domain, tag, file)));
-    }
+    for (int k = 0; k < 3; ++k) nodes[k] = nodesIn(domain, names[k], 1, file);
     return nodes;
   }
   return {};
@@ -75,29 +53,30 @@ std::optional<std::array<int, 3>> boxNodes(const XMLElement& domain, const fs::p
 Domain readDomain(const XMLElement& domain, const fs::path& file) {
   Domain result;
   constexpr double micrometresPerMetre = 1e6;
-  result.dx = std::get<double>(required(domain, dxTag, file)) * micrometresPerMetre;
-  result.dxWhere = placeOf(*onlyChild(domain, dxTag.name, file), file);
+  // A spacing of 100 µm or more is probably in a wrong unit.
+  const ValueSpec spacing = specs::number("", "m; 5e-7 is 0.5 µm", 0, true, 1e-4);
+  result.dx = std::get<double>(required(domain, "dx", spacing, file)) * micrometresPerMetre;
+  result.dxWhere = placeOf(*onlyChild(domain, "dx", file), file);
   if (const XMLElement* geometry = onlyChild(domain, "geometry", file)) {
-    ValueSpec path;
-    path.kind = Kind::text;
-    result.geometry = file.parent_path() / std::get<std::string>(valueOf(*geometry, path, file));
+    result.geometry = file.parent_path() / std::get<std::string>(valueOf(*geometry, specs::file(), file));
     result.geometryWhere = placeOf(*geometry, file);
-    result.refDir = int(std::get<std::int64_t>(required(domain, refDirTag, file)));
-    result.refDirN = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
+    result.refDir = int(std::get<std::int64_t>(
+        required(domain, "refDir", specs::integer("", "0, 1, 2 for x, y, z", 0, 2), file)));
+    result.refDirN = nodesIn(domain, "refDirN", 1, file);
   }
-  if (const XMLElement* envelope = onlyChild(domain, envelopeTag.name, file)) {
-    result.particleEnvelope = int(std::get<std::int64_t>(required(domain, envelopeTag, file)));
+  if (const XMLElement* envelope = onlyChild(domain, "particleEnvelope", file)) {
+    result.particleEnvelope = nodesIn(domain, "particleEnvelope", 0, file);
     result.particleEnvelopeWhere = placeOf(*envelope, file);
   }
   result.boxNodes = boxNodes(domain, file);
   if (!result.geometry && !result.boxNodes) {
-    if (!domain.FirstChildElement(refDirNTag.name)) {
+    if (!domain.FirstChildElement("refDirN")) {
       throw InputError(
           fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
                       "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown",
                       placeOf(domain, file)));
     }
-    const int n = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
+    const int n = nodesIn(domain, "refDirN", 1, file);
     result.boxNodes = {n, n, n};
   }
   return result;
@@ -132,11 +111,6 @@ class StrayPacking : public tinyxml2::XMLVisitor {
   fs::path file_;
 };
 
-void refuseStrayPacking(const tinyxml2::XMLDocument& document, const fs::path& file) {
-  StrayPacking search(file);
-  document.Accept(&search);
-}
-
 void takePacking(const XMLElement& root, Case& read) {
   const XMLElement* packing = onlyChild(root, "packing", read.file);
   if (!packing) return;
@@ -162,10 +136,11 @@ Case readCase(const fs::path& file) {
   if (const XMLElement* preInlet = root->FirstChildElement("preInlet")) {
     result.hasPreInlet = true;
     if (const XMLElement* parameters = onlyChild(*preInlet, "parameters", file);
-        parameters && parameters->FirstChildElement(lengthNTag.name))
-      result.preInletLength = int(std::get<std::int64_t>(required(*parameters, lengthNTag, file)));
+        parameters && parameters->FirstChildElement("lengthN"))
+      result.preInletLength = nodesIn(*parameters, "lengthN", 1, file);
   }
-  refuseStrayPacking(document, file);
+  StrayPacking search(file);
+  document.Accept(&search);
   takePacking(*root, result);
   result.source = readCaseSource(result.folder);
   return result;

@@ -12,20 +12,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-constexpr std::uint64_t allBits = ~std::uint64_t(0);
-
-/// The bits of word w of a row that represent nodes.
-std::uint64_t usedBits(int nodes, int w) {
-  const int used = nodes - 64 * w;
-  return used >= 64 ? allBits : (std::uint64_t(1) << used) - 1;
-}
-
-int popcount(std::uint64_t bits) {
-  int count = 0;
-  for (; bits; bits &= bits - 1) ++count;
-  return count;
-}
-
 /// out &= in shifted by `shift` bits (positive: towards higher nodes), with ones shifted in at both ends.
 void andShifted(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t>& in, int shift) {
   const int count = static_cast<int>(in.size());
@@ -73,9 +59,7 @@ void Lattice::setFluid(int from, int to, int j, int k, bool fluid) {
   if (from > to) return;
   std::uint64_t* words = &words_[rowStart(j, k)];
   for (int w = from >> 6; w <= to >> 6; ++w) {
-    std::uint64_t bits = allBits;
-    if (w == from >> 6) bits &= allBits << (from & 63);
-    if (w == to >> 6) bits &= allBits >> (63 - (to & 63));
+    const std::uint64_t bits = bitsBetween(from, to, w);
     words[w] = fluid ? words[w] | bits : words[w] & ~bits;
   }
 }
@@ -86,10 +70,10 @@ std::int64_t Lattice::fluidNodes() const {
   if (view_) {
     for (int k = 0; k < nodes_[2]; ++k)
       for (int j = 0; j < nodes_[1]; ++j)
-        for (int w = 0; w < wordsPerRow_; ++w) count += popcount(view_->word(w, j, k));
+        for (int w = 0; w < wordsPerRow_; ++w) count += __builtin_popcountll(view_->word(w, j, k));
     return count;
   }
-  for (std::uint64_t word : words_) count += word == allBits ? 64 : popcount(word);
+  for (std::uint64_t word : words_) count += __builtin_popcountll(word);
   return count;
 }
 

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 
+#include "hemocell_adapter/hemocell/lattice_view.h"
 #include "packMesh/core/error.h"
 #include "packMesh/parallel/node_memory.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-constexpr std::uint64_t allBits = ~std::uint64_t(0);
 
 class NodesOfRuns final : public LatticeView {
  public:
@@ -27,12 +26,8 @@ class NodesOfRuns final : public LatticeView {
   NodeMemory::Words wordsOf(const std::vector<FluidRun>& runs) const {
     NodeMemory::Words words;
     for (const FluidRun& run : runs)
-      for (int w = run.from >> 6; w <= run.to >> 6; ++w) {
-        std::uint64_t bits = allBits;
-        if (w == run.from >> 6) bits &= allBits << (run.from & 63);
-        if (w == run.to >> 6) bits &= allBits >> (63 - (run.to & 63));
-        words.emplace_back(at(w, run.j, run.k), bits);
-      }
+      for (int w = run.from >> 6; w <= run.to >> 6; ++w)
+        words.emplace_back(at(w, run.j, run.k), bitsBetween(run.from, run.to, w));
     return words;
   }
 

@@ -7,14 +7,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-constexpr std::uint64_t allBits = ~std::uint64_t(0);
-
-/// The nodes of a word that exist, as bits.
-std::uint64_t existing(int nodes, int w) {
-  const int used = nodes - 64 * w;
-  return used >= 64 ? allBits : used <= 0 ? 0 : (std::uint64_t(1) << used) - 1;
-}
-
 class ErodedView final : public LatticeView {
  public:
   ErodedView(std::shared_ptr<const LatticeView> of, int radius)
@@ -32,7 +24,7 @@ class ErodedView final : public LatticeView {
     std::uint64_t result = here;
     for (int shift = 1; shift <= std::min(radius_, 63); ++shift)
       result &= (here >> shift | after << (64 - shift)) & (here << shift | before >> (64 - shift));
-    return result & existing(nodes()[0], w);
+    return result & usedBits(nodes()[0], w);
   }
 
  private:
@@ -40,7 +32,7 @@ class ErodedView final : public LatticeView {
   std::uint64_t source(int w, int j, int k) const {
     const std::array<int, 3>& n = nodes();
     if (w < 0 || w >= wordsPerRow() || j < 0 || j >= n[1] || k < 0 || k >= n[2]) return allBits;
-    return of_->word(w, j, k) | ~existing(n[0], w);
+    return of_->word(w, j, k) | ~usedBits(n[0], w);
   }
 
   std::shared_ptr<const LatticeView> of_;

@@ -8,6 +8,22 @@
 
 namespace packmesh::hemocell {
 
+constexpr std::uint64_t allBits = ~std::uint64_t(0);
+
+/// The bits of word w of a row that represent nodes.
+inline std::uint64_t usedBits(int nodes, int w) {
+  const int used = nodes - 64 * w;
+  return used >= 64 ? allBits : used <= 0 ? 0 : (std::uint64_t(1) << used) - 1;
+}
+
+/// The bits of word w of a row that represent the nodes [from, to]. Pre: it has some
+inline std::uint64_t bitsBetween(int from, int to, int w) {
+  std::uint64_t bits = allBits;
+  if (w == from >> 6) bits &= allBits << (from & 63);
+  if (w == to >> 6) bits &= allBits >> (63 - (to & 63));
+  return bits;
+}
+
 /// Flags of nodes in rows along x: node i of a row is bit i % 64 of word i / 64; bits of no node are 0.
 /// Threads can share it.
 class LatticeView {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "hemocell_adapter/hemocell/lattice_view.h"
 #include "hemocell_adapter/hemocell/voxel_distance.h"
 
 namespace packmesh::hemocell {
@@ -65,8 +66,7 @@ void rowDistances(const std::uint64_t* row, int nodes, bool kind, int step, floa
                   std::vector<int>& distance) {
   bool all = step * (samples - 1) <= nodes, none = true;
   for (int w = 0; w < (nodes + 63) / 64; ++w) {
-    const std::uint64_t used =
-        nodes - 64 * w >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (nodes - 64 * w)) - 1;
+    const std::uint64_t used = usedBits(nodes, w);
     const std::uint64_t bits = (kind ? row[w] : ~row[w]) & used;
     all = all && bits == used;
     none = none && bits == 0;

@@ -21,13 +21,6 @@ bool hasMembranes(const Problem& problem, int species) {
                      [&](const Membrane& one) { return one.species == species; });
 }
 
-struct File {
-  fs::path path;
-  std::string head;
-  int species;
-  Vec3 shift;  ///< of the frame [µm]
-};
-
 class CellFiles {
  public:
   CellFiles(const Problem& problem, const OutputRequest& output, const PackingResult& result,
@@ -35,23 +28,17 @@ class CellFiles {
       : problem_(problem), output_(output), result_(result), counts_(counts), shared_(problem.ranks) {}
 
   std::vector<fs::path> operator()() {
-    shared_.makeFolder(output_.folder);
-    addPosFiles(output_.folder, Vec3::Zero());
-    for (const OtherLattice& other : problem_.lumen.others) {
-      if (other.shift.isZero()) continue;
-      const fs::path folder = output_.folder / fmt::format("dx_{:.15g}", other.dx);
-      shared_.makeFolder(folder);
-      addPosFiles(folder, other.shift);
-    }
-    for (const File& file : files_) write(file);
+    write(output_.folder, Vec3::Zero());
+    for (const OtherLattice& other : problem_.lumen.others)
+      if (!other.shift.isZero()) write(output_.folder / fmt::format("dx_{:.15g}", other.dx), other.shift);
     shared_.commit();
-    std::vector<fs::path> paths;
-    for (const File& file : files_) paths.push_back(file.path);
-    return paths;
+    return paths_;
   }
 
  private:
-  void addPosFiles(const fs::path& folder, const Vec3& shift) {
+  /// @param shift of the frame of the files [µm]
+  void write(const fs::path& folder, const Vec3& shift) {
+    shared_.makeFolder(folder);
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       if (problem_.species[s].mostCells() == 0) continue;
       if (hasMembranes(problem_, int(s))) {
@@ -64,8 +51,11 @@ class CellFiles {
                 : ""));
         continue;
       }
-      files_.push_back({folder / (problem_.species[s].name + ".pos"), formatPosHead(counts_[s]),
-                        static_cast<int>(s), shift});
+      paths_.push_back(folder / (problem_.species[s].name + ".pos"));
+      shared_.begin(paths_.back());
+      shared_.append([&] { return formatPosHead(counts_[s]); });
+      shared_.appendParts(posLines(int(s), shift));
+      shared_.end();
     }
   }
 
@@ -91,18 +81,11 @@ class CellFiles {
     return pieces;
   }
 
-  void write(const File& file) {
-    shared_.begin(file.path);
-    shared_.append([&] { return file.head; });
-    shared_.appendParts(posLines(file.species, file.shift));
-    shared_.end();
-  }
-
   const Problem& problem_;
   const OutputRequest& output_;
   const PackingResult& result_;
   const std::vector<std::int64_t>& counts_;
-  std::vector<File> files_;
+  std::vector<fs::path> paths_;
   SharedFiles shared_;
 };
 

@@ -101,7 +101,6 @@ void convert(const Finished& done, const CellMeasures& measures) {
   SharedFiles(done.ranks()).makeFolder(output.folder);
   const PackingTables tables = tablesOf(done, measures);
   std::unique_ptr<AtomicFiles> file;  // of the first rank
-  std::string failure;
   try {
     file = writtenPacking(keptTables(output), tables, done.ranks());
   } catch (const OutputError& error) {  // the same on all ranks

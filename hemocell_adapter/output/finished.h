@@ -2,6 +2,8 @@
 /// @file A finished packing.
 #pragma once
 
+#include <optional>
+
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/problem.h"
 #include "packMesh/packing/packing_result.h"
@@ -24,8 +26,8 @@ struct Finished {
   const PackingResult& result;
   const Tally& tally;
   const Kept& kept;
-  const Repeated* repeated = nullptr;  ///< the packing that was repeated
-  bool checked = false;                ///< cells of files: nothing was packed
+  std::optional<Repeated> repeated = {};  ///< the packing that was repeated
+  bool checked = false;                   ///< cells of files: nothing was packed
 
   const Communicator& ranks() const { return problem.ranks; }
 };

@@ -19,7 +19,6 @@
 #include "hemocell_adapter/output/packing_tables.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/output/shared_files.h"
-#include "hemocell_adapter/output/state_files.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/input_record.h"

@@ -206,7 +206,7 @@ Report statisticsOf(const Statistics& s) {
 }
 
 /// The packing that was repeated, if there is one: the source of `statistics` for one that was repeated.
-Report repeatedOf(const Repeated* repeated) {
+Report repeatedOf(const std::optional<Repeated>& repeated) {
   if (!repeated) return nullptr;
   const Request& request = repeated->problem.request;
   return {{"times", request.tiles},

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/core/input_file.h"
@@ -52,6 +53,7 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   if (!commandLine.restartAlone) return commandLine;
   const Request options = commandLine.options();
   std::vector<std::string> words = wordsNow(readStateHead(*options.restart).command, *options.restart);
+  requireCommand(words, *options.restart);
   if (words.empty())
     throw InputError(options.restart->string() +
                      ": does not contain the command of the run; repeat it with --restart");
@@ -65,6 +67,7 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
 
 void requireReplaceableState(const Request& request) {
   const std::filesystem::path& file = *request.output.stateFile;
+  requireWritable(file.parent_path());
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
       throw OutputError(

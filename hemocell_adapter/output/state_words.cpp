@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/state_words.h"
 
+#include "packMesh/core/error.h"
+
 namespace packmesh::hemocell {
 namespace {
 
@@ -53,6 +55,13 @@ std::vector<std::string> wordsNow(std::vector<std::string> words, const std::fil
   for (std::string& word : words)
     word = replaced(word, placeholder, folderOf(state, word.rfind('<', 0) == 0));
   return words;
+}
+
+void requireCommand(const std::vector<std::string>& words, const std::filesystem::path& state) {
+  if (words.size() != 2 || words.back().rfind("iteration ", 0) != 0) return;
+  throw InputError(
+      state.string() +
+      ": has the cells of a simulation, and no packing to continue: --start, --fixed and --blood take them");
 }
 
 }  // namespace packmesh::hemocell

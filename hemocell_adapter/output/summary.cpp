@@ -12,24 +12,10 @@
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {
-namespace {
-
-const char* planeSourceText(PlaneSource planeSource) {
-  switch (planeSource) {
-    case PlaneSource::catFaces:
-      return "planes from CAT faces of tetrahedra";
-    case PlaneSource::chords:
-      break;
-  }
-  return "planes from chords";
-}
-
-}  // namespace
-
 std::string requestText(const CellSpecies& species) {
   if (species.statedCount) return fmt::format("{} requested", *species.statedCount);
   if (species.ratio)
-    return fmt::format("{:.15g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
+    return fmt::format("{:.6g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
                        species.redCell ? "s" : "");
   return "by hematocrit";
 }
@@ -81,7 +67,10 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
   if (!s.fixedFrom.empty())
     lines.push_back(
         fmt::format("{}: {} of them fixed at their positions in {}", s.name, s.fixed.size(), s.fixedFrom));
-  if (!s.startFrom.empty()) {
+  if (s.blood.cells > 0) {
+    lines.push_back(fmt::format("{}: {} has {} cells, of which {} copies fit without overlap", s.name,
+                                s.startFrom, s.blood.cells, s.start.size()));
+  } else if (!s.startFrom.empty()) {
     const std::int64_t room = s.count - std::int64_t(s.fixed.size()), there = std::int64_t(s.start.size());
     lines.push_back(fmt::format("{}: starts from {} of the {} cells of {}", s.name, std::min(room, there),
                                 there, s.startFrom));
@@ -182,7 +171,7 @@ std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Pa
         --left;
         ++there;
       }
-    lines.push_back(fmt::format("{}: {} cells of {}, {} more with its meshes, {} with the template",
+    lines.push_back(fmt::format("{}: {} repeated cells of {}, {} more with its meshes, {} with the template",
                                 problem.species[s].name, there, problem.request.blood->string(), deformed,
                                 templates));
   }
@@ -224,7 +213,9 @@ std::vector<std::string> headLines(const Problem& problem) {
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                planeSourceText(problem.request.planeSource)));
+                                problem.request.planeSource == PlaneSource::catFaces
+                                    ? "planes from CAT faces of tetrahedra"
+                                    : "planes from chords"));
   const Clearances most = clearanceLevels(problem).front();
   const auto asked = [](bool automatic, double least) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);

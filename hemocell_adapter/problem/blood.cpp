@@ -74,6 +74,15 @@ class Piece {
     turn_ = Quaternion(turn);
   }
 
+  /// Whether walls of the piece are repeated inside the lumen.
+  bool repeatsWalls() const {
+    for (int k = 0; k < 3; ++k) {
+      const int to = (k + shift_) % 3;
+      if (!(period_[k] > 0.0) && last_[to] > first_[to]) return true;
+    }
+    return false;
+  }
+
   /// Calls visit(pose) for every copy of a cell with its centre in the box of the lumen.
   template <class Visit>
   void forEachCopy(const Pose& pose, const Box& bounds, Visit&& visit) const {
@@ -154,6 +163,34 @@ Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
   return found;
 }
 
+/// How many cells of each kind of the piece there are to be, unless that is requested: those that fit, or
+/// with a hematocrit as many per red cell as in the piece.
+void settleCounts(Problem& problem, const StateCells& blood, const std::vector<int>& speciesOf) {
+  const std::string file = problem.request.blood->string();
+  std::int64_t redCells = 0;
+  for (const Cell& cell : blood.cells) {
+    CellSpecies& species = problem.species[speciesOf[cell.species]];
+    ++species.blood.cells;
+    redCells += species.redCell;
+  }
+  for (CellSpecies& species : problem.species) {
+    const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
+    if (!asked || !asked->inBlood) continue;
+    if (species.blood.cells > 0 && species.start.empty())
+      problem.notices.push_back(
+          fmt::format("{}: none of its {} cells '{}' fits the lumen where it is repeated", file,
+                      species.blood.cells, species.name));
+    if (species.startFrom.empty()) species.startFrom = file;
+    const bool determined = asked->count || asked->ratio || (problem.request.hematocrit && species.redCell);
+    if (determined) continue;
+    species.statedCount.reset();
+    if (problem.request.hematocrit && redCells > 0 && species.fixed.empty())
+      species.ratio = double(species.blood.cells) / double(redCells);
+    else
+      species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
+  }
+}
+
 }  // namespace
 
 void addBlood(Problem& problem) {
@@ -163,6 +200,12 @@ void addBlood(Problem& problem) {
   if (blood.box.empty() || !(blood.box.size().minCoeff() > 0.0))
     throw InputError(file + ": has no lumen whose size its cells could be repeated by");
   const Piece piece(blood, problem);
+  if (piece.repeatsWalls() && !problem.request.profile)
+    problem.notices.push_back(
+        file +
+        ": the lumen is larger than that of these cells, whose walls are repeated inside it, with the plasma "
+        "and the platelets that were there. --profile developed puts red cells towards the axis, and platelets "
+        "to the wall");
   std::vector<int> speciesOf;
   for (const StateCells::Kind& kind : blood.species) {
     const auto same = [&](const CellSpecies& species) { return species.name == kind.name; };
@@ -192,13 +235,7 @@ void addBlood(Problem& problem) {
   for (const std::size_t i : found.apart) problem.species[copies[i].species].start.push_back(copies[i].cell);
   for (const std::size_t i : found.crowded)
     problem.species[copies[i].species].blood.crowded.push_back(copies[i].cell);
-  for (CellSpecies& species : problem.species) {
-    const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
-    if (!asked || !asked->inBlood) continue;
-    const bool determined = asked->count || asked->ratio || (problem.request.hematocrit && species.redCell);
-    if (!determined) species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
-    if (species.startFrom.empty()) species.startFrom = file;
-  }
+  settleCounts(problem, blood, speciesOf);
 }
 
 std::vector<LikeCell> likeThoseThere(const Problem& problem, const std::vector<Pose>& there,

@@ -29,6 +29,7 @@ struct PresentCell : PosLine {
 
 /// What flowing blood provides for further cells of a species.
 struct FlowingBlood {
+  std::int64_t cells = 0;            ///< of the piece
   std::vector<PresentCell> crowded;  ///< cells that meet others, which start the first of them
   std::vector<int> membranes;        ///< that they have; empty: the template
 };

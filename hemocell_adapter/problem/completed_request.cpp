@@ -27,21 +27,16 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
   Vec3 sizes;
   for (int k = 0; k < 3; ++k) {
     const std::string& text = (*commandLine.sizes)[k];
-    try {
+    located<UsageError>(fmt::format("size s{}", "XYZ"[k]), [&] {
       sizes[k] = std::get<double>(parseValue(spec, text));
-      if (commandLine.asPackCells) {
-        const double truncated = std::atoi(text.c_str());
-        if (truncated != sizes[k]) {
-          const std::string notice = fmt::format(
-              "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated);
-          if (!(truncated > 0)) throw InputError(notice);
-          warnings.push_back(notice);
-          sizes[k] = truncated;
-        }
-      }
-    } catch (const InputError& error) {
-      throw UsageError(fmt::format("size s{}: {}", "XYZ"[k], error.what()));
-    }
+      const double truncated = std::atoi(text.c_str());
+      if (!commandLine.asPackCells || truncated == sizes[k]) return;
+      const std::string notice = fmt::format(
+          "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated);
+      if (!(truncated > 0)) throw InputError(notice);
+      warnings.push_back(notice);
+      sizes[k] = truncated;
+    });
   }
   return sizes;
 }
@@ -84,7 +79,7 @@ void checkApplicability(const Request& request, const Request& options, const Ca
   }
   for (const Setting& setting : settingsTable()) {
     if (!setting.method || *setting.method == request.method || !request.states(setting.name())) continue;
-    if (setting.flag && !std::get<bool>(*setting.get(request))) continue;
+    if (setting.isFlag() && !std::get<bool>(*setting.get(request))) continue;
     if (options.states(setting.name()))
       throw UsageError(
           fmt::format("option '--{}' is for --method {}", setting.option, nameOf(*setting.method)));
@@ -172,12 +167,7 @@ void continueRealisations(Request& request) {
 }
 
 /// Everything that is stated, in the order of precedence.
-struct Stated {
-  Request request;
-  Request options;  ///< of the command line alone
-};
-
-Stated statedBy(const CommandLine& commandLine, const Case* simulation, std::vector<std::string>& warnings) {
+Request statedBy(const CommandLine& commandLine, const Case* simulation, std::vector<std::string>& warnings) {
   Request request;
   if (simulation) request = simulation->packing;
   if (commandLine.sizes) request.boxSize = boxSizes(commandLine, warnings);
@@ -186,7 +176,7 @@ Stated statedBy(const CommandLine& commandLine, const Case* simulation, std::vec
   request = withOptions(std::move(request), commandLine);
   request.packCellsConventions = commandLine.asPackCells;
   request.words = commandLine.words;
-  return {std::move(request), commandLine.options()};
+  return request;
 }
 
 /// Of a hematocrit and a discharge hematocrit, options override the section of a case. Until the lumen is
@@ -229,6 +219,7 @@ CompletedRequest begun(const CommandLine& commandLine, std::shared_ptr<const Cas
   completed.simulation = std::move(running);
   if (!completed.simulation && commandLine.configFile)
     completed.simulation = std::make_shared<const Case>(readCase(*commandLine.configFile));
+  completed.request = statedBy(commandLine, completed.simulation.get(), completed.warnings);
   return completed;
 }
 
@@ -237,23 +228,21 @@ CompletedRequest begun(const CommandLine& commandLine, std::shared_ptr<const Cas
 CompletedRequest requestToPack(const CommandLine& commandLine, std::shared_ptr<const Case> running) {
   CompletedRequest completed = begun(commandLine, std::move(running));
   const Case* simulation = completed.simulation.get();
-  Stated stated = statedBy(commandLine, simulation, completed.warnings);
-  completed.request = std::move(stated.request);
-  const bool deformed = settle(completed, stated.options);
+  const Request options = commandLine.options();
+  const bool deformed = settle(completed, options);
   OutputRequest& output = completed.request.output;
   if (deformed && !output.stateFile && !(simulation && simulation->running))
     output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
-  completeSpecies(completed.request, stated.options, simulation, completed.warnings);
+  completeSpecies(completed.request, options, simulation, completed.warnings);
   return completed;
 }
 
 CompletedRequest requestToCheck(const CommandLine& commandLine,
                                 const std::optional<std::filesystem::path>& folder) {
   CompletedRequest completed = begun(commandLine, nullptr);
-  Stated stated = statedBy(commandLine, completed.simulation.get(), completed.warnings);
-  completed.request = std::move(stated.request);
-  onlyOutputsOf(stated.options.output, completed.request.output);
-  settle(completed, stated.options);
+  const Request options = commandLine.options();
+  onlyOutputsOf(options.output, completed.request.output);
+  settle(completed, options);
   if (folder) completed.request.output.folder = *folder;
   return completed;
 }

@@ -16,6 +16,13 @@ int DepthProfile::shellAt(double depthOfPoint) const {
   return static_cast<int>(above - edges.begin()) - 1;
 }
 
+double DepthProfile::askedIn(int shell) const {
+  double fraction = 0.0;
+  for (const SpeciesProfile& one : species)
+    if (one.isAsked()) fraction += askedIn(one, shell);
+  return fraction;
+}
+
 double DepthProfile::askedIn(const SpeciesProfile& one, int shell) const {
   double volume = 0.0, cells = 0.0;
   for (std::size_t k = 0; k < lumen.size(); ++k) {

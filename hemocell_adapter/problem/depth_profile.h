@@ -40,6 +40,8 @@ struct DepthProfile {
   }
   /// Mean of the volume fractions of a species in the layers of a shell. Pre: isAsked()
   double askedIn(const SpeciesProfile& one, int shell) const;
+  /// The same of all species that have a profile.
+  double askedIn(int shell) const;
 };
 
 }  // namespace packmesh::hemocell

@@ -180,7 +180,6 @@ std::string leftOut(const Problem& problem) {
   if (fixed > 0) reasons.push_back(fmt::format("{} fixed cell{}", fixed, fixed == 1 ? "" : "s"));
   if (cones) reasons.push_back("constrained orientations");
   if (!problem.request.regions.empty()) reasons.push_back("regions denser than the mean");
-  if (problem.profile) reasons.push_back("shells of a profile denser than the mean");
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
@@ -203,6 +202,8 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.effectiveFraction +=
         room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
   }
+  for (int j = 0; problem.profile && j < problem.profile->shells(); ++j)  // the densest part decides
+    forecast.effectiveFraction = std::max(forecast.effectiveFraction, problem.profile->askedIn(j));
   forecast.fraction = volume / lumen;
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
   if (forecast.effectiveFraction > Forecast::possible) return forecast;

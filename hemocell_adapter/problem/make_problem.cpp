@@ -32,7 +32,7 @@ namespace {
 
 std::shared_ptr<const Shape> shapeOf(const SpeciesPlan& species, double dx, const Threads& threads,
                                      std::vector<std::string>& warnings) {
-  try {
+  return located(fmt::format("cell '{}'", species.name), [&]() -> std::shared_ptr<const Shape> {
     switch (species.kind) {
       case SpeciesPlan::Template::model:
         return makeShape(species.model, dx, &warnings, threads);
@@ -44,10 +44,8 @@ std::shared_ptr<const Shape> shapeOf(const SpeciesPlan& species, double dx, cons
       case SpeciesPlan::Template::ellipsoid:
         return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
     }
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("cell '{}': {}", species.name, error.what()));
-  }
-  return nullptr;
+    return nullptr;
+  });
 }
 
 /// Everything that determines a shape, except dx.
@@ -221,11 +219,6 @@ Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
   return problem;
 }
 
-void settleDistances(const Problem& problem, std::vector<SpeciesPlan>& plans,
-                     std::vector<std::string>& warnings) {
-  if (problem.simulation) settleDistancesFromSolid(*problem.simulation, plans, warnings);
-}
-
 void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
   problem.inputs = recordedInputs();
   problem.lumen = makeLumen(problem.request, problem.simulation.get(), problem.preInlet);
@@ -241,7 +234,7 @@ void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
 Problem problemToPack(const CompletedRequest& completed, const Communicator& ranks) {
   return builtWith(completed, ranks, [&](Problem& problem) {
     std::vector<SpeciesPlan> plans = plansToPack(problem.request, problem.simulation.get(), problem.notices);
-    settleDistances(problem, plans, problem.notices);
+    if (problem.simulation) settleDistancesFromSolid(*problem.simulation, plans, problem.notices);
     addLumenAndSpecies(problem, std::move(plans));
     addBlood(problem);
     preparePacking(problem);
@@ -252,7 +245,7 @@ Problem problemToCheck(const CompletedRequest& completed, const Communicator& ra
   return builtWith(completed, ranks, [&](Problem& problem) {
     CheckedSpecies found = plansToCheck(problem.request, problem.simulation.get(), problem.notices);
     problem.unchecked = std::move(found.unchecked);
-    settleDistances(problem, found.plans, problem.notices);
+    if (problem.simulation) settleDistancesFromSolid(*problem.simulation, found.plans, problem.notices);
     addLumenAndSpecies(problem, std::move(found.plans));
   });
 }

@@ -175,9 +175,7 @@ class Planning {
   void refuseTooDense() const {
     if (problem_.request.bestEffort) return;
     for (int j = 0; j < plan_.shells(); ++j) {
-      double fraction = 0.0;
-      for (const SpeciesProfile& one : plan_.species)
-        if (one.isAsked()) fraction += plan_.askedIn(one, j);
+      const double fraction = plan_.askedIn(j);
       if (fraction > Forecast::possible)
         throw InputError(fmt::format(
             "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "

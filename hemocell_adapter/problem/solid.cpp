@@ -16,18 +16,14 @@
 
 namespace packmesh::hemocell {
 
-VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
-                      double flatness, std::vector<std::string>& notices) {
-  try {
-    VesselMesh mesh;
-    mesh.asRead = mesh.closed = readMesh(file);
-    for (const std::string& repair :
-         repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
-      notices.push_back(repair);
-    return mesh;
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", where, error.what()));
-  }
+VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
+                      std::vector<std::string>& notices) {
+  VesselMesh mesh;
+  mesh.asRead = mesh.closed = readMesh(file);
+  for (const std::string& repair :
+       repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
+    notices.push_back(repair);
+  return mesh;
 }
 
 std::string cappedText(const std::filesystem::path& file, const std::vector<CappedOpening>& openings,
@@ -43,27 +39,25 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
                      file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, "; "));
 }
 
-std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices, bool capOpenings) {
-  try {
-    switch (solid.kind) {
-      case SolidRequest::Kind::box:
-        return makeBox({solid.origin, solid.origin + solid.size}, periodic);
-      case SolidRequest::Kind::cylinder: {
-        Vec3 corner = Vec3::Constant(solid.radius);
-        corner[solid.axis] = 0.5 * solid.length;
-        return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length,
-                            periodic[solid.axis]);
-      }
-      case SolidRequest::Kind::sphere:
-        return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);
-      case SolidRequest::Kind::mesh:
-        break;
+namespace {
+
+std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::array<bool, 3>& periodic,
+                                        std::vector<std::string>& notices, bool capOpenings) {
+  switch (solid.kind) {
+    case SolidRequest::Kind::box:
+      return makeBox({solid.origin, solid.origin + solid.size}, periodic);
+    case SolidRequest::Kind::cylinder: {
+      Vec3 corner = Vec3::Constant(solid.radius);
+      corner[solid.axis] = 0.5 * solid.length;
+      return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length,
+                          periodic[solid.axis]);
     }
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
+    case SolidRequest::Kind::sphere:
+      return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);
+    case SolidRequest::Kind::mesh:
+      break;
   }
-  VesselMesh vessel = readVessel(solid.file, solid.where, capOpenings, tolerance::flatHoleFraction, notices);
+  VesselMesh vessel = readVessel(solid.file, capOpenings, tolerance::flatHoleFraction, notices);
   if (std::string text = cappedText(solid.file, vessel.openings, solid.scale); !text.empty())
     notices.push_back(std::move(text));
   TriangleMesh mesh = std::move(vessel.closed);
@@ -72,9 +66,9 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
   if (const double reach = std::max(bounds.hi.maxCoeff(), -bounds.lo.minCoeff());
       reach > specs::largestLength) {
     throw InputError(
-        fmt::format("{}: {}: with the factor {:.6g} it reaches {:.3g} µm from the origin, at most {:.0f} µm "
+        fmt::format("{}: with the factor {:.6g} it reaches {:.3g} µm from the origin, at most {:.0f} µm "
                     "are possible; is the unit right?{}",
-                    solid.where, solid.file.string(), solid.scale, reach, specs::largestLength,
+                    solid.file.string(), solid.scale, reach, specs::largestLength,
                     unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel)));
   }
   std::optional<VesselEnds> ends;
@@ -85,11 +79,14 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
     ends->hi = bounds.hi[ends->axis];
     ends->periodic = periodic[ends->axis];
   }
-  try {
-    return makeVessel(std::move(mesh), ends, vesselDetail);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
-  }
+  return makeVessel(std::move(mesh), ends, vesselDetail);
+}
+
+}  // namespace
+
+std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
+                                           std::vector<std::string>& notices, bool capOpenings) {
+  return located(solid.where, [&] { return bodyOf(solid, periodic, notices, capOpenings); });
 }
 
 }  // namespace packmesh::hemocell

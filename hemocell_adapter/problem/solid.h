@@ -25,9 +25,9 @@ struct VesselMesh {
 
 /// What was repaired is added to `notices`.
 /// @param capOpenings close openings that are flat up to `flatness` (see repairClosed)
-/// @throws InputError that begins with `where`
-VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
-                      double flatness, std::vector<std::string>& notices);
+/// @throws InputError
+VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
+                      std::vector<std::string>& notices);
 
 /// What is said of openings that were closed: their number and areas; empty if there are none.
 /// @param unit [µm per unit of their mesh]

@@ -52,19 +52,13 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
   const Domain& domain = simulation.domain;
   requireGeometry(domain);
   Lumen lumen;
-  const auto located = [&](auto&& work) {
-    try {
-      return work();
-    } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
-    }
-  };
-  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, request.capOpenings,
-                              tolerance::flatCapFraction, lumen.notices);
+  const std::string where = fmt::format("{}: {}", domain.geometryWhere, domain.geometry->string());
+  VesselMesh stl = located(domain.geometryWhere, [&] {
+    return readVessel(*domain.geometry, request.capOpenings, tolerance::flatCapFraction, lumen.notices);
+  });
   const bool repaired = !lumen.notices.empty() && isFilledByParity(stl.asRead);
   const double extent = boundingBox(stl.closed).size()[std::clamp(domain.refDir, 0, 2)];
-  VesselOnLattice vessel = located([&] {
+  VesselOnLattice vessel = located(where, [&] {
     return placeVessel(std::move(stl.closed), domain.dx, domain.refDir, domain.refDirN,
                        repaired ? &stl.asRead : nullptr);
   });
@@ -81,7 +75,8 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
                   boundingBox(vessel.surface).size().x());
   if (preInlet) {
     ends.axis = preInlet->axis;
-    PreInlet inlet = located([&] { return makePreInlet(vessel, *preInlet, *simulation.preInletLength); });
+    PreInlet inlet =
+        located(where, [&] { return makePreInlet(vessel, *preInlet, *simulation.preInletLength); });
     note = fmt::format(
         "the pre-inlet: plane {} of nodes along {} ({}), repeated with the fluid nodes of plane "
         "{}; frame of its own",
@@ -99,9 +94,12 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
   ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
   ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
   ends.periodic = request.periodicEnds.value_or(false);
+  if (ends.periodic && !preInlet)
+    note = fmt::format("the volume is that of a period, {:.6g} µm; the STL is {:.6g} µm long",
+                       ends.hi - ends.lo, boundingBox(vessel.surface).size().x());
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
   lumen.note = note;
-  lumen.container = located([&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });
+  lumen.container = located(where, [&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });
   lumen.periodic = ends.periodic;
   lumen.acceptedOnly = true;
   return lumen;

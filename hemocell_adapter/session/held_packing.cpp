@@ -46,19 +46,6 @@ CompletedRequest requestInMemory(const CommandLine& commandLine) {
   return completed;
 }
 
-/// Tests in advance that the state can be written.
-void requireWritableState(const Request& request, const Communicator& ranks) {
-  if (!request.output.stateFile) return;
-  onFirstRank(ranks, [&] {
-    requireWritable(request.output.stateFile->parent_path());
-    requireReplaceableState(request);
-  });
-}
-
-bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
-  return a.vertices == b.vertices && a.triangles == b.triangles;
-}
-
 /// The meshes of the deformed cells of a packing that has its problem.
 void nameMembranes(HeldPacking& held) {
   const Problem& problem = *held.packing.problem;
@@ -96,7 +83,9 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
   const InputRecord inputs;
   Session session(returnedToPython, hooks, ranks);
   const std::shared_ptr<const Problem> problem = problemFor(commandLine, session, ranks);
-  requireWritableState(problem->request, ranks);
+  onFirstRank(ranks, [&] {
+    if (problem->request.output.stateFile) requireReplaceableState(problem->request);
+  });
   for (const std::string& line : headLines(*problem)) log::info(line);
   HeldPacking held;
   held.ranks = ranks;
@@ -114,6 +103,7 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
 
 HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const fs::path& original) {
   const StateCells state = readStateCells(file, ranks);
+  requireCommand(state.command, file);
   if (!state.certified)
     throw InputError(fmt::format(
         "{}: is the state of a packing that is not finished; packing can continue from it (restart)",
@@ -143,7 +133,8 @@ HeldPacking completed(HeldPacking held) {
   for (const StateCells::Kind& kind : held.kinds) {
     const auto& all = problem->species;
     const auto species = std::find_if(all.begin(), all.end(), [&](const CellSpecies& s) {
-      return s.name == kind.name && sameVertices(s.shape->mesh(), kind.mesh);
+      return s.name == kind.name && s.shape->mesh().vertices == kind.mesh.vertices &&
+             s.shape->mesh().triangles == kind.mesh.triangles;
     });
     if (species == all.end())
       throw InputError(fmt::format("{}: its template of '{}' is not that of the command {}",
@@ -200,15 +191,10 @@ std::vector<fs::path> writeCells(const HeldPacking& held, const fs::path& folder
 
 void writePosFiles(const fs::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells) {
-  const Communicator alone;
-  SharedFiles files(alone);
-  files.makeFolder(folder);
-  for (const auto& cell : cells) {
-    files.begin(folder / (cell.first + ".pos"));
-    files.append([&] { return formatPosHead(std::int64_t(cell.second.size())); });
-    files.append([&] { return formatPosLines(cell.second); });
-    files.end();
-  }
+  SharedFiles(Communicator()).makeFolder(folder);
+  AtomicFiles files;
+  for (const auto& [name, lines] : cells)
+    files.add(folder / (name + ".pos"), formatPosHead(std::int64_t(lines.size())) + formatPosLines(lines));
   files.commit();
 }
 
@@ -222,7 +208,7 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   state.position.stage = Stage::certificate;
   state.position.fewer = result.outcome == Outcome::outOfReach;
   state.cellCount = result.cellCount;
-  const CellMeasures own = asFinished(packing, {}, [&](const Finished& done) { return measuresOf(done); });
+  const CellMeasures own = measuresOf(finishedOf(packing, {}));
   std::vector<BodyState> bodies;
   std::vector<std::int64_t> ids;
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
@@ -257,22 +243,16 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
 }
 
 std::vector<CellColumn> columnsOf(const HeldPacking& held) {
-  const CellMeasures own = asFinished(held.packing, {}, [](const Finished& done) { return measuresOf(done); });
-  return packmesh::columnsOf(own, held.packing.result.cells.size());
+  return packmesh::columnsOf(measuresOf(finishedOf(held.packing, {})), held.packing.result.cells.size());
 }
 
 std::string reportOf(const HeldPacking& held) {
-  return asFinished(held.packing, held.packing.problem->request.output,
-                    [&](const Finished& done) { return reportText(done, held.packing.times); });
+  return reportText(finishedOf(held.packing, held.packing.problem->request.output), held.packing.times);
 }
 
 void saveTables(const HeldPacking& held, const fs::path& file) {
   SharedFiles(held.ranks).makeFolder(file.parent_path());
-  asFinished(held.packing, {}, [&](const Finished& done) { saveTables(done, file); });
-}
-
-void requireWritableFiles(const HeldPacking& held, const std::vector<fs::path>& files) {
-  onFirstRank(held.ranks, [&] { requireWritableOutputs(*held.packing.problem, {}, false, files); });
+  saveTables(finishedOf(held.packing, {}), file);
 }
 
 }  // namespace packmesh::hemocell

@@ -66,10 +66,6 @@ std::vector<std::filesystem::path> writeCells(const HeldPacking& held, const std
 /// problem
 void saveTables(const HeldPacking& held, const std::filesystem::path& file);
 
-/// @throws AgreedFailure if these outputs cannot be written, or were read. All ranks call. Pre: with a
-/// problem
-void requireWritableFiles(const HeldPacking& held, const std::vector<std::filesystem::path>& files);
-
 /// Writes .pos files of any cells, all or none. @throws OutputError
 void writePosFiles(const std::filesystem::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);

@@ -81,7 +81,7 @@ Filling filled(const CompletedRequest& completed, Session& session, const Commun
   if (withFiles)
     for (const auto& file : writeCellFiles(*problem, output, packing.result, packing.cells.tally.counts))
       log::info(fmt::format("Wrote {}", file.string()));
-  asFinished(packing, output, [&](const Finished& done) { writeViews(done, packing.times); });
+  writeViews(finishedOf(packing, output), packing.times);
   return numbered(packing);
 }
 

@@ -11,7 +11,6 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/stopped.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
@@ -91,9 +90,9 @@ std::function<void()> endOfPreparation(const Request& request, const Timer& time
                                        std::function<bool()> interrupted) {
   return [&request, &timer, &delivery, asked = std::move(interrupted)] {
     if (asked && asked())
-      throw Stopped({ExitCode::interrupted, fmt::format("interrupted: {}", delivery.nothing)});
+      throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery.nothing)});
     if (request.maxSeconds > 0.0 && timer.wall() > request.maxSeconds)
-      throw Stopped({ExitCode::outOfReach, outOfTimeText(request, delivery)});
+      throw AgreedFailure({ExitCode::outOfReach, outOfTimeText(request, delivery)});
   };
 }
 
@@ -219,6 +218,13 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
     countReason(kept, reason, count);
   return kept;
+}
+
+Finished finishedOf(const Packing& packing, const OutputRequest& output) {
+  Finished done{*packing.problem,    output,      packing.packed.clearances, packing.result,
+                packing.cells.tally, packing.kept};
+  if (packing.before) done.repeated.emplace(Repeated{*packing.before->problem, packing.before->result});
+  return done;
 }
 
 void logSummary(const Packing& packing) {

@@ -66,8 +66,8 @@ struct Packing {
   std::shared_ptr<const Packing> before;
 };
 
-/// A function that throws Stopped when the time limit of a request is reached, measured by `timer`, and when
-/// the caller asks for an end. References request, timer and delivery.
+/// A function that throws AgreedFailure, inside together(), when the time limit of a request is reached,
+/// measured by `timer`, and when the caller asks for an end. References request, timer and delivery.
 std::function<void()> endOfPreparation(const Request& request, const Timer& timer, const Delivery& delivery,
                                        std::function<bool()> interrupted = {});
 
@@ -110,13 +110,7 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells);
 /// The summary of a packing, of its regions and its profile. All ranks call.
 void logSummary(const Packing& packing);
 
-/// Calls use(finished) for a packing and what is written of it.
-template <class Use>
-auto asFinished(const Packing& packing, const OutputRequest& output, Use&& use) {
-  std::optional<Repeated> repeated;
-  if (packing.before) repeated.emplace(Repeated{*packing.before->problem, packing.before->result});
-  return use(Finished{*packing.problem, output, packing.packed.clearances, packing.result,
-                      packing.cells.tally, packing.kept, repeated ? &*repeated : nullptr});
-}
+/// A packing and what is written of it, which are referenced.
+Finished finishedOf(const Packing& packing, const OutputRequest& output);
 
 }  // namespace packmesh::hemocell

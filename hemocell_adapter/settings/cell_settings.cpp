@@ -96,8 +96,8 @@ std::vector<Setting> cellSettings() {
               "volume of one red cell in the hematocrit (packCells: 97)")
           .byDefault("volume of the mesh")
           .withTag("redCellVolume"),
-      flagSetting("fluid-volume", &R::fluidVolume,
-                  "divide by the volume of the fluid nodes instead of the true lumen")
+      setting("fluid-volume", &R::fluidVolume, flag(),
+              "divide by the volume of the fluid nodes instead of the true lumen")
           .withoutTag(),
       choiceSetting("", &R::fluidVolume, "", {{"lumen", false}, {"fluid", true}},
                     "volume that the hematocrit refers to: the true lumen or the fluid nodes")

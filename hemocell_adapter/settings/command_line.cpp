@@ -12,19 +12,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Options that are commands.
-struct CommandOption {
-  const char* name;
-  Command command;
-  bool packCells;
-};
-constexpr CommandOption commandOptions[] = {{"help", Command::help, true},
-                                            {"version", Command::version, false},
-                                            {"reference", Command::reference, false},
-                                            {"print-config-reference", Command::reference, false},
-                                            {"man", Command::man, false},
-                                            {"completion", Command::completion, false}};
-
 /// Possible meaning of a word after dashes.
 struct Candidate {
   std::string name;
@@ -38,8 +25,12 @@ std::vector<Candidate> allCandidates() {
   for (const Setting& setting : settingsTable()) {
     if (!setting.option.empty()) all.push_back({setting.option, setting.packCells, &setting, Command::pack});
   }
-  for (const CommandOption& option : commandOptions)
-    all.push_back({option.name, option.packCells, nullptr, option.command});
+  all.insert(all.end(), {{"help", true, nullptr, Command::help},
+                         {"version", false, nullptr, Command::version},
+                         {"reference", false, nullptr, Command::reference},
+                         {"print-config-reference", false, nullptr, Command::reference},
+                         {"man", false, nullptr, Command::man},
+                         {"completion", false, nullptr, Command::completion}});
   return all;
 }
 
@@ -68,7 +59,7 @@ Candidate resolve(const std::string& word, const std::string& asTyped) {
 
 std::string usage(const Setting& setting) {
   std::string text = fmt::format("--{}", setting.option);
-  if (setting.flag) return text;
+  if (setting.isFlag()) return text;
   for (const ValueSpec& value : setting.values) text += fmt::format(" {}", value.placeholder);
   return text;
 }
@@ -115,7 +106,7 @@ class Parser {
     if (!twoDashes && !name.empty()) {
       // -h 0.3, -h=0.3 and, if no option has this name, -h0.3.
       if (const Setting* setting = byLetter(name[0]); setting && (name.size() == 1 || !isPrefix(name))) {
-        if (name.size() > 1 && setting->flag) throw UsageError(fmt::format("unknown option '{}'", word));
+        if (name.size() > 1 && setting->isFlag()) throw UsageError(fmt::format("unknown option '{}'", word));
         if (name.size() > 1 && !attached) attached = name.substr(1);
         assign(*setting, attached, word);
         return;
@@ -152,7 +143,7 @@ class Parser {
       std::string text;
       if (i == 0 && attached) {
         text = *attached;
-      } else if (setting.flag) {
+      } else if (setting.isFlag()) {
         text = "true";
       } else if (next_ < words_.size() && !looksLikeOption(words_[next_])) {
         text = words_[next_++];
@@ -163,13 +154,10 @@ class Parser {
                                      setting.values.size() == 1 ? "a value" : "more values", usage(setting),
                                      setting.values[i].placeholder));
       }
-      try {
-        assignment.values.push_back(parseValue(setting.values[i], text));
-      } catch (const InputError& error) {
-        const std::string which =
-            setting.values.size() > 1 ? fmt::format(", {}", setting.values[i].placeholder) : "";
-        throw UsageError(fmt::format("option '--{}'{}: {}", setting.option, which, error.what()));
-      }
+      const std::string which =
+          setting.values.size() > 1 ? fmt::format(", {}", setting.values[i].placeholder) : "";
+      assignment.values.push_back(located<UsageError>(fmt::format("option '--{}'{}", setting.option, which),
+                                                      [&] { return parseValue(setting.values[i], text); }));
     }
     result_.assignments.push_back(std::move(assignment));
   }

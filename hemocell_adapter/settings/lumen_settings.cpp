@@ -92,8 +92,8 @@ std::vector<Setting> lumenSettings() {
           .byDefault("the whole plane")
           .withTag("preInletRange")
           .mayRepeat(),
-      flagSetting(
-          "keep-all", &R::keepAll,
+      setting(
+          "keep-all", &R::keepAll, flag(),
           "with packCells: no cell crosses a face of the box, so that HemoCell keeps all cells; default of "
           "packMesh")
           .withoutTag(),
@@ -104,12 +104,8 @@ std::vector<Setting> lumenSettings() {
           "also-dx", &R::alsoDx, spacings,
           "other lattice spacings at which HemoCell is to keep the same cells, with as many nodes more or "
           "fewer; where the frame of the .pos files depends on the spacing, a folder dx_... has them"),
-      [] {
-        Setting box = setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
-                              [](Request& s, const Values& v) { s.checkBox = yes(v[0]); });
-        box.flag = true;
-        return box;
-      }(),
+      setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
+              [](Request& s, const Values& v) { s.checkBox = yes(v[0]); }),
   };
 }
 

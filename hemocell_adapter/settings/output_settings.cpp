@@ -55,12 +55,12 @@ std::vector<Setting> outputSettings() {
               "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
-      flagSetting("pov", &O::povScene, "same as --vtp").withTag("povScene"),
-      flagSetting("vtp", &O::vtp,
-                  "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
-                  "and lumen.vtp"),
-      flagSetting("vtp-meshes", &O::vtpMeshes,
-                  "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
+      setting("pov", &O::povScene, flag(), "same as --vtp").withTag("povScene"),
+      setting("vtp", &O::vtp, flag(),
+              "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
+              "and lumen.vtp"),
+      setting("vtp-meshes", &O::vtpMeshes, flag(),
+              "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
       setting("growth-frames", &O::growthFrames, integer("n", "states", 1, 1e9),
               "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
               "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
@@ -69,23 +69,21 @@ std::vector<Setting> outputSettings() {
           .notForCheck(),
       setting("report", &O::reportFile, file(),
               "write a report: file.json, or file.html with an interactive view (and file.json beside it)"),
-      flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
-      flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds")
+      setting("quiet", &R::quiet, flag(), "print only warnings and errors").withoutTag(),
+      setting("verbose", &R::verbose, flag(), "print progress, and every violation that a check finds")
           .withoutTag(),
   };
 }
 
 std::vector<Setting> ignoredSettings() {
-  Setting rotate =
+  return {
       setting("allowRotate", {flag()}, "orientations are random by default", [](Request&, const Values&) {})
           .withLetter('r')
-          .alsoOfPackCells();
-  rotate.flag = true;
-  return {rotate,
-          setting("scale", {number("s", "", 0, false, 1e9)}, "neighbour grid of packCells; packMesh has none",
-                  [](Request& s, const Values& v) { s.ignoredScale = real(v[0]); })
-              .withLetter('s')
-              .alsoOfPackCells()};
+          .alsoOfPackCells(),
+      setting("scale", {number("s", "", 0, false, 1e9)}, "neighbour grid of packCells; packMesh has none",
+              [](Request& s, const Values& v) { s.ignoredScale = real(v[0]); })
+          .withLetter('s')
+          .alsoOfPackCells()};
 }
 
 }  // namespace packmesh::hemocell

@@ -42,11 +42,8 @@ void readAttributes(const XMLElement& element, const Table& table, Target& targe
     for (const auto& row : table) {
       if (row.name != attribute->Name()) continue;
       known = true;
-      try {
-        row.apply(target, parseValue(row.value, attribute->Value()));
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}, attribute {}: {}", placeOf(element, file), row.name, error.what()));
-      }
+      located(fmt::format("{}, attribute {}", placeOf(element, file), row.name),
+              [&] { row.apply(target, parseValue(row.value, attribute->Value())); });
     }
     if (!known) {
       throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file),
@@ -174,16 +171,14 @@ std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSp
   std::istringstream text(textOf(element));
   std::vector<std::string> words;
   for (std::string word; text >> word;) words.push_back(word);
-  std::vector<Value> values;
-  try {
+  return located(placeOf(element, file), [&] {
+    std::vector<Value> values;
     for (std::size_t i = 0; i < specs.size(); ++i)
       values.push_back(parseValue(specs[i], i < words.size() ? words[i] : ""));
     if (words.size() > specs.size())
       throw InputError(fmt::format("expected {} values, found {}", specs.size(), words.size()));
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
-  }
-  return values;
+    return values;
+  });
 }
 
 RegionRequest readRegion(const XMLElement& element, const fs::path& file) {

@@ -23,11 +23,8 @@ std::vector<std::string> growthNames() {
 void setGrowth(Request& settings, const std::string& name, const std::string& value) {
   for (const Attribute<GrowthSettings>& parameter : growthParameters()) {
     if (parameter.name != name) continue;
-    try {
-      parameter.apply(settings.growth, parseValue(parameter.value, value));
-    } catch (const InputError& error) {
-      throw UsageError(fmt::format("option '--growth' {}: {}", name, error.what()));
-    }
+    located<UsageError>("option '--growth' " + name,
+                        [&] { parameter.apply(settings.growth, parseValue(parameter.value, value)); });
   }
 }
 
@@ -43,8 +40,8 @@ std::vector<Setting> methodSettings() {
                     {{"chords", PlaneSource::chords}, {"cat-faces", PlaneSource::catFaces}},
                     "with --method cat: source of the planes between cells")
           .onlyFor(Method::cat),
-      flagSetting("escape", &R::escape,
-                  "with --method cat: cells that remain small exchange places and grow into gaps")
+      setting("escape", &R::escape, flag(),
+              "with --method cat: cells that remain small exchange places and grow into gaps")
           .onlyFor(Method::cat),
       setting("stock", {name(), count()},
               "with --escape: number of cells of that kind in reserve that can fill gaps",
@@ -78,15 +75,11 @@ std::vector<Setting> methodSettings() {
           .byDefault("none: random positions")
           .onlyFor(Method::relaxation),
       setting("seed", &R::seed, seed(), "seed of the random numbers; the same seed gives the same bytes"),
-      [] {
-        Setting no = setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",
-                             [](Request& s, const Values& v) { s.rotate = !yes(v[0]); })
-                         .byDefault("false")
-                         .alsoOfPackCells();
-        no.flag = true;
-        return no;
-      }(),
-      flagSetting("", &R::rotate, "false: keep every orientation at 0 0 0 (symmetry axis along y)")
+      setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",
+              [](Request& s, const Values& v) { s.rotate = !yes(v[0]); })
+          .byDefault("false")
+          .alsoOfPackCells(),
+      setting("", &R::rotate, flag(), "false: keep every orientation at 0 0 0 (symmetry axis along y)")
           .withTag("rotate"),
       choiceSetting(
           "order", &R::inColumns, "kind", {{"random", false}, {"columns", true}},
@@ -116,14 +109,14 @@ std::vector<Setting> limitSettings() {
               "threads of each rank; the packing does not depend on their number")
           .byDefault("OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, or all cores; with several ranks one")
           .withoutTag(),
-      flagSetting("best-effort", &R::bestEffort,
-                  "if the request is not feasible, write the densest certified packing that was found"),
-      flagSetting(
-          "dry-run", &R::dryRun,
+      setting("best-effort", &R::bestEffort, flag(),
+              "if the request is not feasible, write the densest certified packing that was found"),
+      setting(
+          "dry-run", &R::dryRun, flag(),
           "pack nothing; print volumes, numbers of cells, memory, time, and whether the request is feasible")
           .withoutTag()
           .notForCheck(),
-      flagSetting("validate", &R::validate, "pack nothing; only read the input and report errors")
+      setting("validate", &R::validate, flag(), "pack nothing; only read the input and report errors")
           .withoutTag()
           .notForCheck(),
   };

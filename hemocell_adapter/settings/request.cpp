@@ -7,16 +7,12 @@
 
 namespace packmesh::hemocell {
 
-void requireRoomForSpecies(const Request& request) {
-  if (request.species.size() >= mostSpecies)
-    throw InputError("more than " + std::to_string(mostSpecies) + " species");
-}
-
 SpeciesRequest& speciesNamed(Request& request, const std::string& name) {
   for (SpeciesRequest& species : request.species) {
     if (species.name == name) return species;
   }
-  requireRoomForSpecies(request);
+  if (request.species.size() >= mostSpecies)
+    throw InputError("more than " + std::to_string(mostSpecies) + " species");
   request.species.emplace_back().name = name;
   return request.species.back();
 }

@@ -178,9 +178,6 @@ inline constexpr const char* exportFormats[] = {
 /// A larger number of species is probably an error.
 constexpr std::size_t mostSpecies = 10'000;
 
-/// @throws InputError if there are already `mostSpecies` species
-void requireRoomForSpecies(const Request& request);
-
 /// The request for the species `name`, added if there is none yet. @throws InputError if there are too many
 SpeciesRequest& speciesNamed(Request& request, const std::string& name);
 

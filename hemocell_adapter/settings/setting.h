@@ -35,13 +35,13 @@ struct Setting {
   std::string countOf = {};   ///< the cell whose number it is
   Topic topic = Topic::cells;
   char letter = 0;                          ///< short option, 0: none
-  bool flag = false;                        ///< the option needs no value; `values` is one boolean
   bool packCells = false;                   ///< packCells has this option, too: its prefixes take precedence
   bool repeats = false;                     ///< the tag can occur several times
   bool packingOnly = false;                 ///< `check` rejects the option
   std::optional<Method::Kind> method = {};  ///< the only method it applies to; empty: all
 
   const std::string& name() const { return option.empty() ? tag : option; }
+  bool isFlag() const { return values[0].kind == Kind::boolean; }  ///< the option needs no value
   void apply(Request& settings, const std::vector<Value>& given) const {
     store(settings, given);
     settings.stated.insert(name());
@@ -107,16 +107,6 @@ Setting setting(const std::string& option, T Part::*member, ValueSpec value, std
   made.tag = tagOf(option);
   made.get = [member](const Request& r) { return toValue(partOf<Part>(r).*member); };
   if (const auto byDefault = made.get({})) made.fallback = toText(*byDefault);
-  return made;
-}
-
-/// A boolean member that the option sets.
-template <class Part>
-Setting flagSetting(const std::string& option, bool Part::*member, std::string help) {
-  ValueSpec yesOrNo;
-  yesOrNo.kind = Kind::boolean;
-  Setting made = setting(option, member, yesOrNo, std::move(help));
-  made.flag = true;
   return made;
 }
 

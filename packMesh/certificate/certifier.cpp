@@ -95,10 +95,6 @@ void Certifier::forgetChanged() {
                   misplaced.end());
 }
 
-std::vector<std::int32_t> Certifier::allCells() const {
-  return neighbors_->spatialOrder();
-}
-
 template <class Examine>
 void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& examine,
                         const std::function<bool()>& isKept) {
@@ -138,7 +134,7 @@ void Certifier::take(const Findings& findings) {
 }
 
 void Certifier::examineAll(LimitedSearch* search) {
-  std::vector<std::int32_t> own = allCells();
+  std::vector<std::int32_t> own = neighbors_->spatialOrder();
   own.erase(std::remove_if(own.begin(), own.end(), [&](std::int32_t i) { return !cells_.isOwn(i); }),
             own.end());
   if (search) searchInRounds(own, *search);
@@ -285,14 +281,15 @@ void Certifier::settlePairGap() {
   while (certificate_.complete && !isUnlisted() && !(ofAllCells && pairGap_.settled())) {
     pairGap_.beginAgain();
     ofAllCells = true;
-    measureLater(allCells());
+    measureLater(neighbors_->spatialOrder());
   }
 }
 
 void Certifier::settleWallGap() {
   while (certificate_.complete && !wallGap_.settled()) {
     wallGap_.beginAgain();
-    forEach(allCells(), [&](std::int64_t i, Findings& found) { examineWall(i, false, found); });
+    forEach(neighbors_->spatialOrder(),
+            [&](std::int64_t i, Findings& found) { examineWall(i, false, found); });
   }
 }
 

@@ -81,7 +81,6 @@ class Certifier {
   void examineWall(std::int64_t cell, bool isNew, Findings& found);
   void settleWallGap();
   void summarise();
-  std::vector<std::int32_t> allCells() const;
 
   const CertificateInput input_;
   const CertifiedCells cells_;

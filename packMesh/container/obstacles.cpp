@@ -20,10 +20,6 @@ namespace {
 /// The distance grid extends this far from the body [µm]; further away its bounding box is used instead.
 constexpr double gridMargin = 2.0;
 
-double distanceToBox(const Vec3& p, const Box& box) {
-  return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).norm();
-}
-
 /// The part of a convex polygon with axis·p >= bound (sign +1) or <= bound (sign -1).
 std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, int axis, double bound, double sign) {
   std::vector<Vec3> kept;
@@ -63,7 +59,7 @@ struct Body {
         grid(sampleDistance(hierarchy, box.grownBy(gridMargin), spacing, gridMargin)) {}
 
   WallDistance distance(const Vec3& p) const {
-    const double toBox = distanceToBox(p, box);
+    const double toBox = std::sqrt(box.squaredDistance(p));
     if (toBox >= gridMargin) {
       const Vec3 nearest = p.cwiseMax(box.lo).cwiseMin(box.hi);
       return {toBox, (p - nearest) / toBox};
@@ -140,7 +136,7 @@ class ObstacleWall : public Wall {
     for (const Body& body : bodies_) {
       for (const Vec3& shift : shifts_) {
         const Vec3 q = p - shift;
-        const double toBox = distanceToBox(q, body.box);
+        const double toBox = std::sqrt(body.box.squaredDistance(q));
         if (toBox > 0.0 && toBox >= nearest.distance) continue;
         const WallDistance d = body.distance(q);
         if (d.distance < nearest.distance) nearest = d;
@@ -191,7 +187,7 @@ class VolumeBeside {
     std::vector<Image> near;
     for (const Image& image : images) {
       const Vec3 p = center - image.shift;
-      if (distanceToBox(p, image.solid->bounds()) > reach) continue;
+      if (std::sqrt(image.solid->bounds().squaredDistance(p)) > reach) continue;
       const WallDistance d = image.solid->wall()->distance(p);
       if (d.distance < -reach) continue;
       near.push_back(image);

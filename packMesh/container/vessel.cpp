@@ -3,16 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
-#include "packMesh/container/surface_wall.h"
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/core/vector_text.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/mesh_tree.h"
 #include "packMesh/mesh/signed_distances.h"
 
 namespace packmesh {
@@ -32,8 +32,10 @@ class Vessel final : public Container, public Wall {
       : volume_(volume),
         ends_(ends),
         detail_(detail),
-        wall_(wall, ends ? ends->axis : 0, ends ? ends->lo : 0.0,
-              ends && ends->periodic ? ends->hi - ends->lo : 0.0),
+        axis_(ends ? ends->axis : 0),
+        period_(ends && ends->periodic ? ends->hi - ends->lo : 0.0),
+        wall_(wall),
+        wallBox_(boundingBox(wall)),
         closed_(closed),
         bounds_(boundingBox(closed)),
         distances_(periodic() ? withImages(wall, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall) {
@@ -44,9 +46,7 @@ class Vessel final : public Container, public Wall {
   }
 
   Box bounds() const override { return bounds_; }
-  Vec3 period() const override {
-    return periodic() ? Vec3((ends_->hi - ends_->lo) * Vec3::Unit(ends_->axis)) : Vec3(Vec3::Zero());
-  }
+  Vec3 period() const override { return period_ * Vec3::Unit(axis_); }
   double volume() const override { return volume_; }
   const Wall* wall() const override { return this; }
   TriangleMesh surface() const override { return closed_.mesh(); }
@@ -94,8 +94,7 @@ class Vessel final : public Container, public Wall {
     std::vector<double> along;
     if (ends_) {
       std::vector<double>& x = at[ends_->axis];
-      const double period = ends_->periodic ? ends_->hi - ends_->lo : 0.0;
-      const double shift = ends_->periodic ? period * wall_.imageOf(0.5 * (x.front() + x.back())) : 0.0;
+      const double shift = period_ * imageOf(0.5 * (x.front() + x.back()));
       for (double& v : x) v -= shift;
       along = x;
       if (!ends_->periodic)
@@ -114,22 +113,37 @@ class Vessel final : public Container, public Wall {
   }
 
   WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
-    double toEnds = gapOfInterest;
+    Box box;
+    for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
+    double nearest = gapOfInterest;
     if (ends_ && !ends_->periodic) {
-      double lo = std::numeric_limits<double>::infinity(), hi = -lo;
-      for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
-        const double x = cell.vertex(i)[ends_->axis];
-        lo = std::min(lo, x);
-        hi = std::max(hi, x);
-      }
-      toEnds = std::min(lo - ends_->lo, ends_->hi - hi);
-      if (!(toEnds > 0.0)) {
-        WallVerdict verdict;
-        verdict.violation = "meets an end of the vessel";
-        return verdict;
-      }
+      const double toEnds = std::min(box.lo[axis_] - ends_->lo, ends_->hi - box.hi[axis_]);
+      if (!(toEnds > 0.0)) return {"meets an end of the vessel"};
+      nearest = std::min(toEnds, nearest);
     }
-    return wall_.examine(cell, gapOfInterest, toEnds, [&](const Vec3& p) { return contains(p); });
+    // A mesh can extend beyond the ends between which it repeats: examine one more image on either side.
+    const Box reach = box.grownBy(gapOfInterest);
+    const int first = imageOf(reach.lo[axis_]) - periodic(), last = imageOf(reach.hi[axis_]) + periodic();
+    for (int image = first; image <= last; ++image) {
+      const Placement moved{Mat3::Identity(), shifted(Vec3::Zero(), image)};
+      if (!reach.grownBy(tolerance::culling)
+               .meets({shifted(wallBox_.lo, image), shifted(wallBox_.hi, image)}))
+        continue;
+      const double gap = surfaceGap(cell.hierarchy, cell.placement, wall_, moved, nearest);
+      if (gap == 0.0) return {"meets the wall"};
+      nearest = std::min(nearest, gap);
+    }
+    for (const int v : cell.hierarchy.tree().samples)
+      if (!contains(cell.vertex(v))) return {"is outside the lumen"};
+    for (int image = first; image <= last; ++image)
+      for (const int v : wall_.tree().samples) {
+        const Vec3 sample = shifted(wall_.mesh().vertices[v], image);
+        if (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement))
+          return {"encloses part of the wall"};
+      }
+    WallVerdict verdict;
+    if (nearest < gapOfInterest) verdict.gap = nearest;
+    return verdict;
   }
 
  private:
@@ -148,17 +162,30 @@ class Vessel final : public Container, public Wall {
     return std::min(x - ends_->lo, ends_->hi - x) + (ends_->periodic ? imageReach : 0.0);
   }
 
-  bool periodic() const { return ends_ && ends_->periodic; }
+  bool periodic() const { return period_ > 0.0; }
+
+  /// The image of the lumen that contains x; 0 if it is not periodic.
+  int imageOf(double x) const {
+    return periodic() ? static_cast<int>(std::floor((x - ends_->lo) / period_)) : 0;
+  }
+
+  /// p in image `image`.
+  Vec3 shifted(Vec3 p, int image) const {
+    if (image != 0) p[axis_] += image * period_;
+    return p;
+  }
 
   bool contains(const Vec3& p) const {
-    const int image = periodic() ? wall_.imageOf(p[ends_->axis]) : 0;
-    return isInside(wall_.shifted(p, -image), closed_, Placement());
+    return isInside(shifted(p, -imageOf(p[axis_])), closed_, Placement());
   }
 
   double volume_;
   std::optional<VesselEnds> ends_;
   double detail_;
-  SurfaceWall wall_;      ///< without caps if the vessel has ends
+  int axis_;            ///< of the ends; 0 without
+  double period_;       ///< along the axis [µm]; 0: not periodic
+  MeshHierarchy wall_;  ///< that cells must not meet; without caps if the vessel has ends
+  Box wallBox_;
   MeshHierarchy closed_;  ///< surface of the lumen, closed at its ends
   Box bounds_;
   SignedDistances distances_;  ///< distances to the wall and its continuation or images
@@ -172,7 +199,7 @@ std::unique_ptr<Container> makeVessel(const TriangleMesh& surface, const std::op
   if (!(detail > 0.0) || !std::isfinite(detail))
     throw InputError("the spacing of the vessel's distances must be positive and finite; found " +
                      toText(detail) + " µm");
-  const double volume = signedVolume(surface);
+  double volume = signedVolume(surface);
   if (!ends) return std::make_unique<Vessel>(volume, surface, surface, ends, detail);
 
   if (ends->axis < 0 || ends->axis > 2)
@@ -187,7 +214,10 @@ std::unique_ptr<Container> makeVessel(const TriangleMesh& surface, const std::op
                      " to " + toText(opened.hi) + " µm) lies outside the container (" + toText(ends->lo) +
                      " to " + toText(ends->hi) + " µm)");
   const TriangleMesh closed = opened.closedUntil(ends->lo, ends->hi);
-  if (ends->periodic) requireSameOutlines(closed, ends->axis, ends->lo, ends->hi);
+  if (ends->periodic) {
+    requireSameOutlines(closed, ends->axis, ends->lo, ends->hi);
+    volume += opened.capArea(0) * (opened.lo - ends->lo) + opened.capArea(1) * (ends->hi - opened.hi);
+  }
   const TriangleMesh wall = ends->periodic ? opened.wallUntil(ends->lo, ends->hi)
                                            : opened.wallUntil(ends->lo - closedReach, ends->hi + closedReach);
   return std::make_unique<Vessel>(volume, closed, wall, ends, detail);

@@ -26,7 +26,8 @@ struct VesselEnds {
 /// A plane `lo` or `hi` within the mesh cuts it: closed ends are unaffected; the image of a periodic vessel
 /// begins there, and the part of the mesh beyond it remains a wall, too.
 ///
-/// volume() is the volume of `surface` itself, without the continuation; surface() includes the continuation.
+/// volume() is that of a period if it is periodic (parts of the mesh beyond lo and hi count as straight), and
+/// that of `surface` itself otherwise, without the continuation; surface() includes the continuation.
 /// distance() and violation() are exact.
 /// @param detail spacing at which distances can be sampled [µm]
 /// @throws MeshError if an end has no flat cap or the two ends of a periodic vessel have different outlines;

@@ -47,10 +47,6 @@ std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
   return worst;
 }
 
-}  // namespace
-
-namespace {
-
 /// Separates wall and caps; an end can have no caps.
 OpenedVessel takenApart(const TriangleMesh& surface, int axis) {
   const Box box = boundingBox(surface);
@@ -91,6 +87,15 @@ OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
                       axisName[axis] + " = " + toText(end == 0 ? out.lo : out.hi) +
                       " µm: the mesh must be closed there by triangles in one plane");
   return out;
+}
+
+double OpenedVessel::capArea(int end) const {
+  double twice = 0.0;
+  for (const Triangle& t : caps[end]) {
+    const Vec3& a = mesh.vertices[t[0]];
+    twice += (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a)[axis];
+  }
+  return 0.5 * std::abs(twice);
 }
 
 TriangleMesh OpenedVessel::continued(double newLo, double newHi, bool closed) const {

@@ -20,6 +20,9 @@ struct OpenedVessel {
   int axis;
   double lo, hi;  ///< positions of the caps [µm]
 
+  /// Of the caps at the low (0) or the high end (1) [µm²].
+  double capArea(int end) const;
+
   /// The wall, continued straight to the planes `newLo` and `newHi`; an end that already lies further out is
   /// unchanged.
   TriangleMesh wallUntil(double newLo, double newHi) const { return continued(newLo, newHi, false); }

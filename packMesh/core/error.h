@@ -31,4 +31,14 @@ class OutputError : public Error {
   using Error::Error;
 };
 
+/// What work() returns; an InputError begins with `where` and is an `As`.
+template <class As = InputError, class Work>
+auto located(const std::string& where, Work&& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw As(where + ": " + error.what());
+  }
+}
+
 }  // namespace packmesh

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <memory>
 #include <system_error>
 
 namespace packmesh {
@@ -20,76 +21,50 @@ std::vector<char*> pointersTo(const std::vector<std::string>& texts) {
   return pointers;
 }
 
-/// What is done to the files of a process before its program starts.
-class FileActions {
- public:
-  FileActions() : error_(posix_spawn_file_actions_init(&actions_)), made_(error_ == 0) {}
-  ~FileActions() {
-    if (made_) posix_spawn_file_actions_destroy(&actions_);
-  }
-  FileActions(const FileActions&) = delete;
-  FileActions& operator=(const FileActions&) = delete;
-
-  int set(const std::vector<int>& descriptors) {
-    const int n = static_cast<int>(descriptors.size());
-    for (int k = 0; k < n && error_ == 0; ++k)
-      error_ = descriptors[k] < 0 ? posix_spawn_file_actions_addopen(&actions_, k, "/dev/null", O_RDWR, 0)
-                                  : posix_spawn_file_actions_adddup2(&actions_, descriptors[k], k);
+/// What is done to the files of a process before its program starts. @return 0, or the number of an error
+int setFiles(posix_spawn_file_actions_t& actions, const std::vector<int>& descriptors) {
+  const int n = static_cast<int>(descriptors.size());
+  int error = 0;
+  for (int k = 0; k < n && error == 0; ++k)
+    error = descriptors[k] < 0 ? posix_spawn_file_actions_addopen(&actions, k, "/dev/null", O_RDWR, 0)
+                               : posix_spawn_file_actions_adddup2(&actions, descriptors[k], k);
 #if __GLIBC_PREREQ(2, 34)
-    if (error_ == 0) error_ = posix_spawn_file_actions_addclosefrom_np(&actions_, n);  // of MPI, locks ...
+  if (error == 0) error = posix_spawn_file_actions_addclosefrom_np(&actions, n);  // of MPI, locks ...
 #endif
-    return error_;
-  }
-  const posix_spawn_file_actions_t* get() const {
-    return &actions_;
-  }
+  return error;
+}
 
- private:
-  posix_spawn_file_actions_t actions_;
-  int error_;
-  bool made_;
-};
+/// Signals and the group of a process. @return 0, or the number of an error
+int setAttributes(posix_spawnattr_t& attributes, const std::vector<int>& blockedSignals, bool ownGroup) {
+  sigset_t blocked, byDefault;
+  sigemptyset(&blocked);
+  for (const int number : blockedSignals) sigaddset(&blocked, number);
+  sigfillset(&byDefault);
+  posix_spawnattr_setsigmask(&attributes, &blocked);
+  posix_spawnattr_setsigdefault(&attributes, &byDefault);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  return posix_spawnattr_setflags(&attributes,
+                                  static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
+                                                     (ownGroup ? POSIX_SPAWN_SETPGROUP : 0)));
+}
 
-/// Signals and the group of a process.
-class Attributes {
- public:
-  Attributes() : error_(posix_spawnattr_init(&attributes_)), made_(error_ == 0) {}
-  ~Attributes() {
-    if (made_) posix_spawnattr_destroy(&attributes_);
-  }
-  Attributes(const Attributes&) = delete;
-  Attributes& operator=(const Attributes&) = delete;
-
-  int set(const std::vector<int>& blockedSignals, bool ownGroup) {
-    if (error_ != 0) return error_;
-    sigset_t blocked, byDefault;
-    sigemptyset(&blocked);
-    for (const int number : blockedSignals) sigaddset(&blocked, number);
-    sigfillset(&byDefault);
-    posix_spawnattr_setsigmask(&attributes_, &blocked);
-    posix_spawnattr_setsigdefault(&attributes_, &byDefault);
-    posix_spawnattr_setpgroup(&attributes_, 0);
-    return posix_spawnattr_setflags(&attributes_,
-                                    static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
-                                                       (ownGroup ? POSIX_SPAWN_SETPGROUP : 0)));
-  }
-  const posix_spawnattr_t* get() const { return &attributes_; }
-
- private:
-  posix_spawnattr_t attributes_;
-  int error_;
-  bool made_;
-};
+/// Ends what a function of the system has begun.
+template <class T>
+using Ended = std::unique_ptr<T, int (*)(T*)>;
 
 }  // namespace
 
 int spawn(const StartedProgram& program, pid_t& id) {
-  FileActions files;
-  Attributes attributes;
-  if (const int error = files.set(program.descriptors)) return error;
-  if (const int error = attributes.set(program.blockedSignals, program.ownGroup)) return error;
+  posix_spawn_file_actions_t files;
+  if (const int error = posix_spawn_file_actions_init(&files)) return error;
+  const Ended<posix_spawn_file_actions_t> endFiles(&files, posix_spawn_file_actions_destroy);
+  if (const int error = setFiles(files, program.descriptors)) return error;
+  posix_spawnattr_t attributes;
+  if (const int error = posix_spawnattr_init(&attributes)) return error;
+  const Ended<posix_spawnattr_t> endAttributes(&attributes, posix_spawnattr_destroy);
+  if (const int error = setAttributes(attributes, program.blockedSignals, program.ownGroup)) return error;
   const std::vector<char*> words = pointersTo(program.words), environment = pointersTo(program.environment);
-  return posix_spawnp(&id, words[0], files.get(), attributes.get(), words.data(), environment.data());
+  return posix_spawnp(&id, words[0], &files, &attributes, words.data(), environment.data());
 }
 
 std::optional<int> statusAtEnd(pid_t id) {

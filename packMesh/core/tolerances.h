@@ -14,7 +14,7 @@ inline constexpr double relaxationMargin = 0.02;
 inline constexpr double relaxationTolerance = 0.01;
 
 /// Where the margin is too large, contacts are only resolved to within this [µm]; which pairs need more of it
-/// is then measured (packMesh/packing/calibration.h). 0.01 µm between surfaces is 0.8 % of a red cell's
+/// is then measured (packMesh/packing/repairs.h). 0.01 µm between surfaces is 0.8 % of a red cell's
 /// volume; with 0.008, a box at 0.62 that takes 10,000 sweeps with 0.015 was not completed in 29,000.
 inline constexpr double compactionSlack = 0.015;
 

@@ -71,9 +71,7 @@ double Holes::freeAround(const Vec3& p, const Surroundings& around) const {
   for (const Body& cell : around.cells) {
     if (free <= 0.0) break;
     const SurfaceDistance& field = fields_[cell.species];
-    Vec3 offset = p - cell.position;
-    for (int k = 0; k < 3; ++k)
-      if (around.period[k] > 0.0) offset[k] -= around.period[k] * std::round(offset[k] / around.period[k]);
+    const Vec3 offset = nearestImage(p - cell.position, around.period);
     const Vec3 q = cell.orientation.conjugate() * offset / cell.scale;
     if (cell.scale * field.lowerBound(q) > free) continue;
     const DistanceSample sample = field.sample(q);
@@ -94,7 +92,6 @@ std::vector<Vec3> Holes::circumcentres(const Surroundings& around) const {
   input.bounds = physics_.container->bounds();
   if (std::isfinite(around.range)) input.margin = around.range;
   input.kind = TetrahedraKind::delaunay;
-  input.kept = TetrahedraKept::joining;
   input.valid = true;  // only vertices are used
   input.explain = false;
   input.stop = execution_.interrupted;
@@ -126,10 +123,7 @@ std::vector<Sphere> Holes::in(const Box& region, const std::vector<Body>& state,
   std::vector<Sphere> holes;
   for (const Sphere& sphere : found) {
     const bool apart = std::all_of(holes.begin(), holes.end(), [&](const Sphere& hole) {
-      Vec3 between = sphere.center - hole.center;
-      for (int k = 0; k < 3; ++k)
-        if (period[k] > 0.0) between[k] -= period[k] * std::round(between[k] / period[k]);
-      return between.norm() >= sphere.radius + hole.radius;
+      return nearestImage(sphere.center - hole.center, period).norm() >= sphere.radius + hole.radius;
     });
     if (apart) holes.push_back(sphere);
   }

@@ -49,7 +49,7 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
       fits = growth_.valid({cell}, state);
     }
     if (!fits) continue;
-    const bool full = grow(state, cell, trials);
+    const bool full = enlarge(state, cell, trials);
     if (!best || body.scale > best->scale) best = body.pose();
     if (full || !physics_.rotate) break;
   }
@@ -57,11 +57,7 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
   return best;
 }
 
-void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
-  grow(state, cell, trials);
-}
-
-bool Rooms::grow(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
+bool Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
   GrowthStatistics statistics;
   statistics.iterations = trials.counters.iterations;
   const bool full = growth_.grow({cell}, trials.stop, state, statistics, trials.permitted);

@@ -37,8 +37,8 @@ class Rooms {
   /// @return its pose; empty if not even a small one fits
   std::optional<Pose> largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials);
 
-  /// Grows `cell` from its present pose. Never lowers its scale.
-  void enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);
+  /// Grows `cell` from its present pose. Never lowers its scale. @return whether it has its full size
+  bool enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);
 
   /// True if two cells could meet.
   bool neighbours(const Body& a, const Body& b) const { return growth_.near(a, b, physics_.clearance); }
@@ -49,8 +49,6 @@ class Rooms {
   }
 
  private:
-  bool grow(std::vector<Body>& state, std::int64_t cell, Trials& trials);
-
   const Physics& physics_;
   LocalGrowth growth_;
   int orientations_;

@@ -38,7 +38,7 @@ bool relaxAtScale(const Physics& physics, const Execution& execution, double sca
   ScheduleLimits limits;
   limits.stop = stop;
   limits.maxSweeps = sweeps;
-  if (!relax(relaxation, tolerance::relaxationTolerance, limits)) return false;
+  if (!relax(relaxation, limits)) return false;
   const std::vector<Body> before = cells.own();
   for (int round = 0; round < repairRounds; ++round) {
     cells.replace(bare(relaxation.cells()));
@@ -49,7 +49,7 @@ bool relaxAtScale(const Physics& physics, const Execution& execution, double sca
     for (const MisplacedCell& cell : faults.misplaced)
       relaxation.demandWallClearance(cell.cell, tolerance::repairClearance);
     limits.maxSweeps = relaxation.sweeps() + repairSweeps;
-    if (!settle(relaxation, tolerance::relaxationTolerance, repairSweeps, limits)) break;
+    if (!settle(relaxation, repairSweeps, limits)) break;
   }
   cells.replace(before);
   return false;

@@ -43,7 +43,6 @@ class CatFacePlanes : public PlaneFunction {
   void begin(const std::vector<PlaneRequest>& requests) override;
   /// Pre: begin() was called for the last one of this batch that was `anew`
   void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) override;
-  bool isConcurrent() const override { return true; }
   std::int64_t cellsAtOnce() const override;
   std::int64_t lifetime() const override;
 

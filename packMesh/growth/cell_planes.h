@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The planes of one cell, in arrays for kernels.
+/// @file The planes of one cell, in arrays for kernels, and single planes before they are added to them.
 #pragma once
 
 #include <array>
@@ -7,9 +7,19 @@
 #include <vector>
 
 #include "packMesh/core/pose.h"
-#include "packMesh/growth/plane_constraint.h"
 
 namespace packmesh {
+
+/// The constraint that a vertex of an object stays behind a plane: normal · (T(vertex) - point) <= 0 (thesis
+/// eq. 3.2). Faces of CAT cells become such constraints first; chords are added to CellPlanes at once.
+struct PlaneConstraint {
+  Vec3 vertex;  ///< body frame [µm]
+  Vec3 point;   ///< on the plane, world frame, nearest image [µm]
+  Vec3 normal;  ///< unit, away from the object
+};
+
+/// The planes of each object.
+using PlaneConstraints = std::vector<std::vector<PlaneConstraint>>;
 
 /// The planes of one cell in single precision, relative to its centre: normal · (T(vertex) - centre) <=
 /// distance. Rounding, some 1e-7 of the size of the cell, is far below the padding.

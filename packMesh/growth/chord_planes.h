@@ -30,7 +30,6 @@ class ChordPlanes : public PlaneFunction {
 
   /// Planes for chords that are short enough to be relevant in the request.
   void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) override;
-  bool isConcurrent() const override { return true; }
   /// Fewer planes save more time than the halving of a few more steps costs; with CAT faces it costs more.
   double expectedShare() const override { return 0.25; }
 

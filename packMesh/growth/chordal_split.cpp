@@ -51,20 +51,15 @@ PatternTable makeTable() {
 
 const PatternTable patterns = makeTable();
 
-/// Number of faces that constrain each corner of a tetrahedron.
-constexpr int usesPerCorner[5] = {0, 1, 1, 2, 6};
-
 /// Splits one tetrahedron after the other.
 class Splitter {
  public:
-  /// @param out of sufficient size; firstUse is incremented as uses are filled in
+  /// @param out of sufficient size
   Splitter(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& out)
       : points_(tetrahedra.points.data()),
         labels_(tetrahedra.labels.data()),
         atWall_(wall == WallFaces::atWall),
-        face_(out.faces.data()),
-        nextUse_(out.firstUse.data()),
-        uses_(out.uses.data()) {}
+        face_(out.faces.data()) {}
 
   void split(int index, const Tetrahedron& t, const ChordalPattern& pattern) {
     tetrahedron_ = index;
@@ -141,19 +136,13 @@ class Splitter {
     face_->tetrahedron = tetrahedron_;
     face_->first = bits<first>();
     face_->second = bits<second>();
-    for (int k = 0; k < 4; ++k)
-      if ((first | second) >> k & 1) uses_[nextUse_[corner_[k]]++] = FaceUse(number_, second >> k & 1);
     ++face_;
-    ++number_;
   }
 
   const Vec3* points_;
   const int* labels_;
   bool atWall_;
   ChordalFace* face_;
-  int number_ = 0;
-  int* nextUse_;
-  FaceUse* uses_;
   int tetrahedron_ = 0;
   int corner_[4];
   const std::uint8_t* order_ = nullptr;
@@ -167,23 +156,17 @@ const ChordalPattern& chordalPattern(int a, int b, int c, int d) {
 
 void splitChordally(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& out) {
   const std::vector<int>& labels = tetrahedra.labels;
-  const std::size_t points = tetrahedra.points.size();
   const auto patternAt = [&](const Tetrahedron& t) -> const ChordalPattern& {
     return patterns[equalities(labels[t[0]], labels[t[1]], labels[t[2]], labels[t[3]])];
   };
-  // Count first, so that memory is allocated once and the uses of a point are contiguous.
-  out.firstUse.assign(points + 1, 0);
+  // Count first, so that memory is allocated once.
   out.tetrahedra.fill(0);
   for (const Tetrahedron& t : tetrahedra.tetrahedra) {
-    const int kind = static_cast<int>(patternAt(t).kind);
-    if (kind == 0) continue;
-    ++out.tetrahedra[kind];
-    for (const int p : t) out.firstUse[p + 1] += usesPerCorner[kind];
+    const ChordalCase kind = patternAt(t).kind;
+    if (kind != ChordalCase::none) ++out.tetrahedra[static_cast<int>(kind)];
   }
   std::int64_t count = 0;
   for (int kind = 0; kind < 5; ++kind) count += out.tetrahedra[kind] * chordalFaceCount[kind];
-  for (std::size_t p = 0; p < points; ++p) out.firstUse[p + 1] += out.firstUse[p];
-  out.uses.resize(out.firstUse[points]);
   out.faces.resize(count);
 
   Splitter splitter(tetrahedra, wall, out);
@@ -192,9 +175,6 @@ void splitChordally(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& 
     const ChordalPattern& pattern = patternAt(t);
     if (pattern.kind != ChordalCase::none) splitter.split(static_cast<int>(i), t, pattern);
   }
-  // Each entry now points to the end of its point's uses, which is the beginning of those of the next point.
-  for (std::size_t p = points; p > 0; --p) out.firstUse[p] = out.firstUse[p - 1];
-  out.firstUse[0] = 0;
 }
 
 }  // namespace packmesh

@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "packMesh/growth/face_use.h"
 #include "packMesh/growth/tetrahedra.h"
 
 namespace packmesh {
@@ -51,13 +50,11 @@ struct ChordalFace {
   ChordalFace() {}  // uninitialised: there are hundreds of thousands, and all are filled
 };
 
-/// All faces, and those that constrain each point (v, q, n of the thesis): v is the point, q and n are the
-/// face's point and, times FaceUse::sign(), its normal.
+/// All faces, in the order of the tetrahedra. Each constrains the corners on its sides (v, q, n of the
+/// thesis): v is the corner, q and n are the face's point and its normal, reversed for corners on the second
+/// side.
 struct ChordalFaces {
   std::vector<ChordalFace> faces;
-  std::vector<int> firstUse;  ///< per point and one more: the uses of point p begin at uses[firstUse[p]] and
-                              ///< end before the next
-  std::vector<FaceUse> uses;
   std::array<std::int64_t, 5> tetrahedra{};  ///< per ChordalCase
 };
 

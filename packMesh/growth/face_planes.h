@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include "packMesh/growth/cell_planes.h"
 #include "packMesh/growth/chordal_split.h"
-#include "packMesh/growth/plane_constraint.h"
 
 namespace packmesh {
 

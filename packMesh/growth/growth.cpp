@@ -57,9 +57,8 @@ Growth::Growth(const Physics& physics, const Execution& execution, const GrowthS
       cells_(physics, execution, own, range(), planeFunction.cellsAtOnce() / 2),
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
       stepHalving_(physics, execution),
-      planeThreads_(planeFunction.isConcurrent() ? execution.threads : Threads()),
-      planes_(planeThreads_),
-      programs_(planeThreads_) {
+      planes_(execution.threads),
+      programs_(execution.threads) {
   requireValid();
 }
 
@@ -187,9 +186,9 @@ void Growth::iterate(double barrier) {
 }
 
 std::size_t Growth::batchSize() const {
-  if (planeThreads_.alone()) return cellsPerBatch;
+  if (execution_.threads.alone()) return cellsPerBatch;
   const auto cells = static_cast<std::int64_t>(cells_.all().size());
-  return std::clamp(cells / (batchesPerThread * planeThreads_.count()), fewestPerBatch, cellsPerBatch);
+  return std::clamp(cells / (batchesPerThread * execution_.threads.count()), fewestPerBatch, cellsPerBatch);
 }
 
 /// If few cells are still below the barrier, the others stay, except for those that could make space. While
@@ -246,9 +245,9 @@ void Growth::propose(const CellSurroundings& surroundings, double barrier, bool 
   }
   if (anew) planeFunction_.begin(requests);
   for (std::size_t i = 0; i < cells.size(); ++i) steps[i].scale = cells[i].scale;
-  PerThread<ProposalSums> sums(planeThreads_);
+  PerThread<ProposalSums> sums(execution_.threads);
   std::vector<std::int32_t> work(cells.size(), 0);
-  planeThreads_.forEach(static_cast<std::int64_t>(batches_.size()), [&](std::int64_t batch, int thread) {
+  execution_.threads.forEach(static_cast<std::int64_t>(batches_.size()), [&](std::int64_t batch, int thread) {
     requests[batch].thread = thread;
     proposeFor(requests[batch], barrier, steps, work, sums[thread]);
   });

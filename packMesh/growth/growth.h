@@ -128,7 +128,6 @@ class Growth {
   std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution
   std::vector<char> awake_;                         ///< per cell of cells_: those that take steps
   StepHalving stepHalving_;
-  Threads planeThreads_;                       ///< that request planes
   PerThread<std::vector<CellPlanes>> planes_;  ///< of the cells of a batch
   PerThread<GrowthProgram> programs_;
 };

@@ -2,7 +2,8 @@
 #include "packMesh/growth/local_growth.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {
@@ -36,11 +37,7 @@ LocalGrowth::LocalGrowth(const Physics& physics, const Execution& execution, con
 bool LocalGrowth::near(const Body& a, const Body& b, double margin) const {
   const double reach =
       physics_.shapeOf(a.species).radius() + physics_.shapeOf(b.species).radius() + std::max(0.0, margin);
-  const Vec3 period = physics_.container->period();
-  Vec3 between = b.position - a.position;
-  for (int k = 0; k < 3; ++k)
-    if (period[k] > 0.0) between[k] -= period[k] * std::round(between[k] / period[k]);
-  return between.squaredNorm() < reach * reach;
+  return nearestImage(b.position - a.position, physics_.container->period()).squaredNorm() < reach * reach;
 }
 
 /// The cells and those near them, ascending.

@@ -34,12 +34,9 @@ class PlaneFunction {
   virtual void begin(const std::vector<PlaneRequest>& /*requests*/) {}
 
   /// Adds the planes of each requested cell to planes[0], planes[1] ..., in that order.
-  /// Pre: no two cells overlap. Ranks call it independently of each other; if isConcurrent(), threads too,
-  /// each for batches of its own.
+  /// Pre: no two cells overlap. Ranks call it independently of each other, and threads, each for batches of
+  /// its own.
   virtual void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) = 0;
-
-  /// Whether several threads may request planes at the same time.
-  virtual bool isConcurrent() const { return false; }
 
   /// Steps rarely use all their bounds at once. Planes are requested only within this fraction of the largest
   /// displacement; overlaps after steps that went further are removed by step halving.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/growth/tetgen_run.h"
 
+#include <optional>
 #include <utility>
 
+#include "packMesh/core/helper_process.h"
 #include "packMesh/growth/tetgen_program.h"
 
 namespace packmesh {
@@ -13,26 +15,20 @@ constexpr int betweenPolls = 50;  // [ms]
 /// The tetrahedra of n points take about 110 n bytes, and TetGen adds fewer points than there are.
 constexpr std::size_t answerPerRequest = 100, answerAtLeast = std::size_t{64} << 20;  // [bytes]
 
-}  // namespace
-
-TetgenRun::TetgenRun(const TetgenInput& input)
-    : points_(input.points.size()),
-      process_(tetgenProgram(), {}, messageOf(input),
-               answerAtLeast + answerPerRequest * sizeof(Vec3) * input.points.size()) {}
-
-TetgenOutput TetgenRun::take(TetgenFailure& failure) const {
+/// What a process that has ended answered to this many points.
+TetgenOutput outputOf(const HelperProcess& process, std::size_t points, TetgenFailure& failure) {
   failure = {};
-  std::optional<TetgenAnswer> message = tetgenAnswerOf(process_.answer());
+  std::optional<TetgenAnswer> message = tetgenAnswerOf(process.answer());
   const bool isAnswer = message.has_value();
   TetgenAnswer answer = std::move(message).value_or(TetgenAnswer());
   // Also what a program of another origin could not know.
   const bool hasAllPoints =
-      answer.code != 0 || answer.output.points.size() == points_ + answer.output.steinerLabels.size();
-  const std::string& words = process_.words();
+      answer.code != 0 || answer.output.points.size() == points + answer.output.steinerLabels.size();
+  const std::string& words = process.words();
   if (!isAnswer || !hasAllPoints) {
     failure.code = TetgenFailure::noAnswer;
     failure.words = "packmesh-tetgen " +
-                    (process_.fault().empty() ? "sent no valid answer" : process_.fault()) +
+                    (process.fault().empty() ? "sent no valid answer" : process.fault()) +
                     (words.empty() ? "" : ": " + words);
     return {};
   }
@@ -42,6 +38,8 @@ TetgenOutput TetgenRun::take(TetgenFailure& failure) const {
   return {};
 }
 
+}  // namespace
+
 TetgenOutput runTetgen(const TetgenInput& input, TetgenFailure& failure, const std::function<bool()>& stop) {
   const auto stopped = [&] {
     if (!stop || !stop()) return false;
@@ -50,10 +48,12 @@ TetgenOutput runTetgen(const TetgenInput& input, TetgenFailure& failure, const s
     return true;
   };
   if (stopped()) return {};
-  TetgenRun run(input);
-  while (!run.wait(betweenPolls))
+  const std::size_t points = input.points.size();
+  HelperProcess process(tetgenProgram(), {}, messageOf(input),
+                        answerAtLeast + answerPerRequest * sizeof(Vec3) * points);
+  while (!process.wait(betweenPolls))
     if (stopped()) return {};
-  return run.take(failure);
+  return outputOf(process, points, failure);
 }
 
 }  // namespace packmesh

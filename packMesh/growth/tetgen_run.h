@@ -5,33 +5,16 @@
 
 #include <functional>
 
-#include "packMesh/core/helper_process.h"
 #include "packMesh/growth/tetgen_data.h"
 
 namespace packmesh {
 
-/// A run of packmesh-tetgen. Several can go on at once.
-class TetgenRun {
- public:
-  /// Starts it. Pre: triangles intersect in common vertices and edges only; on other input TetGen may fail in
-  /// any way, which is a failure of the run alone
-  /// @throws InputError if there is no such program (see tetgenProgram())
-  explicit TetgenRun(const TetgenInput& input);
-
-  /// Exchanges data for at most this long [ms]. @return whether the run has ended
-  bool wait(int milliseconds) { return process_.wait(milliseconds); }
-
-  /// @param failure set if TetGen gives up; the output is then empty. Pre: the run has ended; once
-  TetgenOutput take(TetgenFailure& failure) const;
-
- private:
-  std::size_t points_;
-  HelperProcess process_;
-};
-
-/// Runs TetGen and waits for it.
+/// Runs packmesh-tetgen and waits for it. Threads may do so at the same time. Pre: triangles intersect in
+/// common vertices and edges only; on other input TetGen may fail in any way, which is a failure of the run
+/// alone.
+/// @param failure set if TetGen gives up; the output is then empty
 /// @param stop polled at least 20 times per second; true ends the run. Empty: never stop
-/// @throws InputError see TetgenRun
+/// @throws InputError if there is no such program (see tetgenProgram())
 TetgenOutput runTetgen(const TetgenInput& input, TetgenFailure& failure,
                        const std::function<bool()>& stop = {});
 

@@ -86,8 +86,7 @@ struct Tetrahedra {
   std::vector<Tetrahedron> tetrahedra;  ///< of positive volume
   /// In an order that depends on their positions, not on the numbering of objects. So does everything else.
   std::vector<TetrahedraBody> bodies;
-  int attempts = 0;     ///< runs of TetGen that it took, failed ones included
-  double margin = 0.0;  ///< used for the images [µm]
+  int attempts = 0;  ///< runs of TetGen that it took, failed ones included
 
   bool isPrimary(int label) const { return label != wallLabel && bodies[label].primary; }
   const Vec3& corner(int tetrahedron, int k) const { return points[tetrahedra[tetrahedron][k]]; }

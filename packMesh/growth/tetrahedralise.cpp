@@ -62,7 +62,6 @@ using Surfaces = std::vector<TriangleMesh>;
 
 Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surfaces) {
   Run run;
-  run.result.margin = margin;
   run.result.bodies = bodiesAround(input, margin);
   run.container = containerAround(input, margin);
   int label = 0;
@@ -290,7 +289,6 @@ double neededMargin(const TetrahedraInput& input, const Tetrahedra& out) {
 /// Determined with plain Delaunay tetrahedra, which are cheap.
 double sufficientMargin(TetrahedraInput input) {
   input.kind = TetrahedraKind::delaunay;
-  input.kept = TetrahedraKept::joining;
   input.failingAttempts = 0;
   const double spacing = std::cbrt(input.bounds.volume() / static_cast<double>(input.objects.size()));
   double margin = largestRadius(input) + spacing;

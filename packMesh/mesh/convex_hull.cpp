@@ -67,7 +67,7 @@ class Quickhull {
     const int second = furthest([&](int i) { return (points_[i] - a).squaredNorm(); });
     const Vec3& b = points_[second];
     const int third = firstOf(furthest([&](int i) { return (b - a).cross(points_[i] - a).squaredNorm(); }),
-                              [&](int i) { return !collinear(a, b, points_[i]); });
+                              [&](int i) { return axisShowing(a, b, points_[i]) >= 0; });
     if (third < 0) return false;
     const Vec3& c = points_[third];
     const int fourth =
@@ -84,14 +84,6 @@ class Quickhull {
     std::vector<int> all(n);
     std::iota(all.begin(), all.end(), 0);
     share(all, 0);
-    return true;
-  }
-
-  static bool collinear(const Vec3& a, const Vec3& b, const Vec3& c) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto project = [&](const Vec3& p) { return Eigen::Vector2d(p[axis], p[(axis + 1) % 3]); };
-      if (turn(project(a), project(b), project(c)) != 0) return false;
-    }
     return true;
   }
 

@@ -35,8 +35,6 @@ inline Vector cross(const Vector& a, const Vector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-typedef float Four __attribute__((vector_size(16)));
-typedef float UnalignedFour __attribute__((vector_size(16), may_alias, aligned(4)));
 inline Four four(const float (&v)[4]) {
   return *reinterpret_cast<const UnalignedFour*>(v);
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "packMesh/core/poll.h"
+#include "packMesh/mesh/joined_sets.h"
 
 namespace packmesh {
 
@@ -40,24 +41,6 @@ std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices) {
 
 namespace {
 
-/// Sets of vertices, each named by its first.
-class NearSets {
- public:
-  explicit NearSets(std::size_t vertices) : first_(vertices) { std::iota(first_.begin(), first_.end(), 0); }
-  int first(int v) {
-    while (first_[v] != v) v = first_[v] = first_[first_[v]];
-    return v;
-  }
-  void join(int v, int w) {
-    v = first(v);
-    w = first(w);
-    first_[std::max(v, w)] = std::min(v, w);
-  }
-
- private:
-  std::vector<int> first_;
-};
-
 /// A cube of a grid so fine that points in one cube are near each other.
 struct Cube {
   std::array<double, 3> at;  ///< whole numbers
@@ -85,7 +68,7 @@ std::vector<std::array<int, 3>> offsetsOfCubes() {
 }  // namespace
 
 std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double distance) {
-  NearSets sets(vertices.size());
+  JoinedSets sets(vertices.size());
   std::vector<int> first(vertices.size());
   if (distance > 0.0) {
     constexpr double safely = 0.999;  // rounding

@@ -9,6 +9,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
+#include "packMesh/mesh/joined_sets.h"
 
 namespace packmesh {
 
@@ -209,23 +210,15 @@ class TreeBuilder {
   std::vector<Vec3> centroid_, normal_;
 };
 
-/// One vertex of every connected component (union-find over the triangles).
+/// One vertex of every connected component.
 std::vector<int> componentSamples(const TriangleMesh& mesh) {
-  std::vector<int> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  JoinedSets components(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) {
-      const int a = root(t[0]), b = root(t[k]);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    for (int k = 1; k < 3; ++k) components.join(t[0], t[k]);
   std::vector<int> samples;
   for (const Triangle& t : mesh.triangles)
     for (int v : t)
-      if (root(v) == v) samples.push_back(v);
+      if (components.first(v) == v) samples.push_back(v);
   std::sort(samples.begin(), samples.end());
   samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
   return samples;

@@ -66,25 +66,19 @@ class TextScanner {
     return word;
   }
 
-  /// Word `k` of the line as a finite number.
-  double number(std::size_t k, const char* what) const {
-    double value = 0.0;
-    if (k >= words_.size() || !parse(words_[k], value)) fail(what, k);
-    if (!std::isfinite(value)) fail((std::string(what) + " that is a finite number").c_str(), k);
-    return value;
-  }
-
   /// Word `k` of the line as an integer in [lo, hi].
   long integer(std::size_t k, const char* what, long lo, long hi) const {
     long value = 0;
     if (k >= words_.size() || !parse(words_[k], value)) fail(what, k);
     if (value < lo || value > hi)
-      fail((std::string(what) + " between " + std::to_string(lo) + " and " + std::to_string(hi)).c_str(), k);
+      fail(std::string(what) + " between " + std::to_string(lo) + " and " + std::to_string(hi), k);
     return value;
   }
 
   double coordinate(std::size_t k) const {
-    const double value = number(k, "a coordinate");
+    double value = 0.0;
+    if (k >= words_.size() || !parse(words_[k], value)) fail("a coordinate", k);
+    if (!std::isfinite(value)) fail("a coordinate that is a finite number", k);
     if (std::abs(value) > tolerance::largestCoordinate)
       fail("a coordinate of at most " + toText(tolerance::largestCoordinate, 3), k);
     return value;

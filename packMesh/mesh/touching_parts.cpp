@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/joined_sets.h"
 #include "packMesh/mesh/merge_vertices.h"
 
 namespace packmesh {
@@ -22,11 +22,6 @@ struct HalfEdge {
 
 bool before(const HalfEdge& a, const HalfEdge& b) {
   return a.from != b.from ? a.from < b.from : a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
-}
-
-int rootOf(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
 }
 
 /// Angle from triangle a to triangle b through the inside, about their common edge [rad].
@@ -51,13 +46,7 @@ TriangleMesh separateTouchingParts(const TriangleMesh& mesh) {
   std::sort(edges.begin(), edges.end(), before);
 
   // Corners of triangles that share one vertex of the result.
-  std::vector<int> parent(corners);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto unite = [&](int a, int b) {
-    a = rootOf(parent, a);
-    b = rootOf(parent, b);
-    parent[std::max(a, b)] = std::min(a, b);
-  };
+  JoinedSets sets(corners);
   for (const HalfEdge& edge : edges) {
     auto other = std::lower_bound(edges.begin(), edges.end(), HalfEdge{edge.to, edge.from, -1, 0}, before);
     const auto begin = other;
@@ -72,19 +61,19 @@ TriangleMesh separateTouchingParts(const TriangleMesh& mesh) {
       }
     }
     if (least > fullTurn) continue;  // open
-    unite(3 * edge.triangle + edge.k, 3 * other->triangle + (other->k + 1) % 3);
-    unite(3 * edge.triangle + (edge.k + 1) % 3, 3 * other->triangle + other->k);
+    sets.join(3 * edge.triangle + edge.k, 3 * other->triangle + (other->k + 1) % 3);
+    sets.join(3 * edge.triangle + (edge.k + 1) % 3, 3 * other->triangle + other->k);
   }
 
   TriangleMesh result;
   std::vector<int> number(corners, -1);
   for (int c = 0; c < corners; ++c) {
-    const int root = rootOf(parent, c);
-    if (number[root] < 0) {
-      number[root] = static_cast<int>(result.vertices.size());
+    const int first = sets.first(c);
+    if (number[first] < 0) {
+      number[first] = static_cast<int>(result.vertices.size());
       result.vertices.push_back(mesh.vertices[mesh.triangles[c / 3][c % 3]]);
     }
-    number[c] = number[root];
+    number[c] = number[first];
   }
   for (int t = 0; t < corners; t += 3) result.triangles.push_back({number[t], number[t + 1], number[t + 2]});
   return result;

@@ -7,15 +7,13 @@
 
 namespace packmesh {
 
-/// @param origin of the stored corners [µm]
-inline TriangleFacts factsOf(const TriangleMesh& mesh, int triangle, const Vec3& origin = Vec3::Zero()) {
+inline TriangleFacts factsOf(const TriangleMesh& mesh, int triangle) {
   TriangleFacts facts{};
   const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
   const Vec3 normal = (b - a).cross(c - a).normalized();
   for (int e = 0; e < 3; ++e) {
-    const Vec3 corner = mesh.corner(triangle, e) - origin,
-               edge = mesh.corner(triangle, (e + 1) % 3) - mesh.corner(triangle, e),
-               inward = normal.cross(edge);
+    const Vec3& corner = mesh.corner(triangle, e);
+    const Vec3 edge = mesh.corner(triangle, (e + 1) % 3) - corner, inward = normal.cross(edge);
     const double square = edge.squaredNorm();
     for (int k = 0; k < 3; ++k) {
       facts.corner[e][k] = static_cast<float>(corner[k]);

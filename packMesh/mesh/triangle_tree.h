@@ -42,20 +42,20 @@ class TriangleTree {
       int node;
     } stack[64];
     int top = 0;
-    if (!nodes_.empty()) stack[top++] = {squaredDistance(nodes_[0].box, p), 0};
+    if (!nodes_.empty()) stack[top++] = {nodes_[0].box.squaredDistance(p), 0};
     while (top > 0) {
       const Waiting next = stack[--top];
       if (!(next.squared < bound)) continue;
       const Node& node = nodes_[next.node];
       if (node.count == 0) {
-        Waiting near{squaredDistance(nodes_[node.first].box, p), node.first};
-        Waiting far{squaredDistance(nodes_[node.first + 1].box, p), node.first + 1};
+        Waiting near{nodes_[node.first].box.squaredDistance(p), node.first};
+        Waiting far{nodes_[node.first + 1].box.squaredDistance(p), node.first + 1};
         if (far.squared < near.squared) std::swap(near, far);
         if (far.squared < bound) stack[top++] = far;
         if (near.squared < bound) stack[top++] = near;
       } else {
         for (int e = node.first; e < node.first + node.count; ++e)
-          if (squaredDistance(boxes_[e], p) < bound) bound = visit(order_[e]);
+          if (boxes_[e].squaredDistance(p) < bound) bound = visit(order_[e]);
       }
     }
   }
@@ -109,10 +109,6 @@ class TriangleTree {
     Box directions;   ///< contains the unit vectors from it to their other points
   };
   std::vector<Fan> fansIn(const TriangleMesh& mesh) const;
-
-  static double squaredDistance(const Box& box, const Vec3& p) {
-    return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).squaredNorm();
-  }
 
   std::vector<Node> nodes_;
   std::vector<int> order_;

@@ -222,7 +222,7 @@ bool Attempt::relaxed(std::int64_t maxSweeps) {
   Timer watch(result_.statistics.relaxationSeconds);
   ScheduleLimits all = limits(maxSweeps);
   all.sweepsForFew = problem_.execution.limits.sweepsForFew;
-  if (!relax(*relaxation_, tolerance::relaxationTolerance, all, at_.schedule)) return false;
+  if (!relax(*relaxation_, all, at_.schedule)) return false;
   at_.stage = Stage::certificate;
   return true;
 }
@@ -296,10 +296,8 @@ bool Attempt::certifiedOnce(const RepairPolicy& policy, std::optional<Certifier>
 bool Attempt::settled(const RepairPolicy& policy) {
   Timer watch(result_.statistics.relaxationSeconds);
   const ScheduleLimits most = limits(relaxation_->sweeps() + policy.sweeps - at_.schedule.sweep);
-  constexpr double deepest = tolerance::relaxationTolerance;
-  if (!policy.calibrates) return settle(*relaxation_, deepest, policy.sweeps, most, at_.schedule);
-  settleCompacted(*relaxation_, deepest, policy.sweeps, most, at_.schedule);
-  return !control_.stopped() && !isTooDeepToCalibrate(*relaxation_);
+  const bool resolved = settle(*relaxation_, policy.sweeps, most, at_.schedule, policy.calibrates);
+  return policy.calibrates ? !control_.stopped() && !isTooDeepToCalibrate(*relaxation_) : resolved;
 }
 
 /// Assigns every rank its share of the certified cells, sorted by id.

@@ -7,13 +7,6 @@
 #include "packMesh/packing/stored_membranes.h"
 
 namespace packmesh {
-namespace {
-
-std::string pathOf(std::size_t group) {
-  return "/species/" + std::to_string(group);
-}
-
-}  // namespace
 
 FiledSpecies::FiledSpecies(const Physics& physics) : physics_(physics), firstId_{0} {
   const std::vector<Species>& all = physics.species;
@@ -42,10 +35,11 @@ std::optional<int> FiledSpecies::speciesOf(std::int64_t group, std::int64_t id) 
 void FiledSpecies::write(Hdf5Writer& out) const {
   out.group("/species");
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    out.group(pathOf(g));
-    out.attribute(pathOf(g), "name", physics_.species[groups_[g].first].name);
-    out.attribute(pathOf(g), "count", groups_[g].count);
-    writeMesh(out, pathOf(g), groups_[g].shape->mesh());
+    const std::string path = pathOfSpecies(g);
+    out.group(path);
+    out.attribute(path, "name", physics_.species[groups_[g].first].name);
+    out.attribute(path, "count", groups_[g].count);
+    writeMesh(out, path, groups_[g].shape->mesh());
   }
 }
 

@@ -26,7 +26,7 @@ void append(std::vector<double>& to, const Vec3& v) {
 void writeKinds(Hdf5Writer& out, const std::vector<PackingTables::Kind>& kinds) {
   out.group("/species");
   for (std::size_t k = 0; k < kinds.size(); ++k) {
-    const std::string path = "/species/" + std::to_string(k);
+    const std::string path = pathOfSpecies(k);
     out.group(path);
     out.attribute(path, "name", kinds[k].name);
     out.attribute(path, "count", kinds[k].count);
@@ -77,7 +77,7 @@ void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator
 void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
   out.attribute("/", "kind", std::string("packMesh packing"));
   out.attribute("/", "version", schemaVersion);
-  out.attribute("/", "writer", std::string("packMesh ") + version() + " (" + gitHash() + ")");
+  out.attribute("/", "writer", writer());
   out.attribute("/", "unit", std::string("µm"));
   writeKinds(out, tables.kinds);
   if (tables.lumen) writeLumen(out, *tables.lumen);
@@ -86,6 +86,10 @@ void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& 
 }
 
 }  // namespace
+
+std::string writer() {
+  return std::string("packMesh ") + version() + " (" + gitHash() + ")";
+}
 
 std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells) {
   std::vector<CellColumn> columns;

@@ -53,6 +53,9 @@ struct PackingTables {
   const Certificate* certificate = nullptr;  ///< of which the faults are written; nullptr: none
 };
 
+/// What wrote a file, as it states.
+std::string writer();
+
 /// Measures as columns; NaN where they are not known. @param cells of this rank
 std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells);
 

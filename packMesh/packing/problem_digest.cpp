@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/problem_digest.h"
 
+#include <fmt/format.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include <cstdio>
 #include <memory>
 #include <type_traits>
 
@@ -44,10 +44,7 @@ class Digest {
 
   std::string text() const {
     const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
-    char digits[33];
-    std::snprintf(digits, sizeof digits, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return digits;
+    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
   }
 
  private:

@@ -5,17 +5,33 @@
 #include <cmath>
 
 #include "packMesh/core/tolerances.h"
-#include "packMesh/packing/calibration.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {
 
-constexpr RepairPolicy repair{60, 400, 0.0, false}, calibration{30, 300, Calibration::range, true};
+/// Pairs whose gap exceeds the required one by more than this keep their clearance in a calibration [µm].
+constexpr double calibrationRange = 0.03;
+
+constexpr RepairPolicy repair{60, 400, 0.0, false}, calibration{30, 300, calibrationRange, true};
 
 /// Thin parts of cells can pierce each other between their sample points, where a small increase of the
 /// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
 constexpr int patience = 2;
+
+/// Excess of the gap that calibration aims at, and below which it is increased [µm]: cells move by
+/// thousandths of a micrometre in each round.
+constexpr double wantedExcess = 0.0015, leastExcess = 0.001;
+
+/// Fraction of the difference that is corrected in a round, and largest reduction in a round [µm]: when all
+/// pairs get nearer at the same time, their gaps change by more than their clearances.
+constexpr double fraction = 0.8, largestReduction = 0.006;
+
+/// No pair is allowed to be nearer than this by its sample points [µm].
+constexpr double nearest = -0.01;
+
+/// Resolution of corrections.
+constexpr double stepsPerMicrometre = 0x1p14;
 
 bool isFixed(std::int64_t id, const Physics& physics) {
   for (const Species& species : physics.species) {
@@ -59,7 +75,7 @@ void Repairs::calibratePairs(const Certificate& found, Relaxation& relaxation) c
   for (const OverlappingPair& pair : found.overlapping) {
     const auto known = extra.find(std::minmax(pair.first, pair.second));
     const double correction =
-        Calibration::correction(pair.gap, physics_.clearance, known == extra.end() ? 0.0 : known->second);
+        clearanceCorrection(pair.gap, physics_.clearance, known == extra.end() ? 0.0 : known->second);
     if (correction != 0.0) relaxation.demandClearance(pair.first, pair.second, correction);
   }
 }
@@ -90,6 +106,15 @@ void Repairs::store(PackingState& state) const {
 void Repairs::clear() {
   failures_.clear();
   demandedOfWall_.clear();
+}
+
+double clearanceCorrection(double gap, double required, double extra) {
+  if (gap <= 0.0) return tolerance::repairClearance;
+  const double excess = gap - required;
+  if (excess >= leastExcess && excess <= wantedExcess) return 0.0;
+  const double least = nearest - tolerance::relaxationMargin + tolerance::compactionSlack;
+  const double wanted = std::max(fraction * (wantedExcess - excess), -largestReduction);
+  return std::floor(std::max(wanted, std::min(0.0, least - extra)) * stepsPerMicrometre) / stepsPerMicrometre;
 }
 
 std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics) {

@@ -19,7 +19,7 @@ struct RepairPolicy {
   std::int64_t rounds;  ///< after which a packing counts as unresolved
   std::int64_t sweeps;  ///< in each round
   double range;         ///< pairs whose gap exceeds the required one by at most this are listed, too [µm]
-  /// Clearances follow the gaps of pairs (see Calibration), otherwise how often they failed.
+  /// Clearances follow the gaps of pairs (see clearanceCorrection), otherwise how often they failed.
   bool calibrates;
 
   /// That of a part of relax(): after a compaction, clearances are calibrated.
@@ -51,6 +51,17 @@ class Repairs {
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
   std::map<std::int64_t, double> demandedOfWall_;  ///< of misplaced cells (ids) [µm]
 };
+
+/// Relaxation keeps all pairs a margin apart that few of them need: how much two meshes can be nearer to each
+/// other than their sample points depends on where they touch. In a packing that is almost too dense, each
+/// pair gets the margin that it needs (calibration). Its exact gap is measured, its clearance is corrected by
+/// what the gap differs from the smallest one that is safe, and all cells are relaxed again, a few times.
+/// @param gap between the meshes of a pair [µm]; 0: they overlap
+/// @param required smallest gap allowed [µm]
+/// @param extra present extra clearance of the pair [µm]
+/// @return correction of the clearance of the pair [µm], a multiple of 2^-14: ranks that measure the gap of a
+/// pair in different order find the same one
+double clearanceCorrection(double gap, double required, double extra);
 
 /// Cells (ids) without which none of the others fails: all misplaced ones, and of each pair the cell that
 /// fails in more pairs, but no fixed one.

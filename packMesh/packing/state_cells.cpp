@@ -25,7 +25,7 @@ std::string kindOf(const std::string& part) {
 std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, StateCells& state) {
   std::vector<std::int32_t> kindOfPart;
   for (std::int64_t p = 0; p < parts; ++p) {
-    const std::string path = "/species/" + std::to_string(p), name = kindOf(in.text(path, "name"));
+    const std::string path = pathOfSpecies(p), name = kindOf(in.text(path, "name"));
     std::size_t k = 0;
     while (k < state.species.size() && state.species[k].name != name) ++k;
     kindOfPart.push_back(static_cast<std::int32_t>(k));

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/version.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/io/hdf5_writer.h"
@@ -257,10 +256,6 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
     if (!possible) return false;
   }
   return true;
-}
-
-std::string writer() {
-  return std::string("packMesh ") + version() + " (" + gitHash() + ")";
 }
 
 void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,

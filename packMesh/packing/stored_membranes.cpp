@@ -10,13 +10,13 @@
 namespace packmesh {
 namespace {
 
-std::string pathOf(std::size_t species) {
-  return "/species/" + std::to_string(species);
-}
-
 const char* const rowsPath = "/cells/membrane";
 
 }  // namespace
+
+std::string pathOfSpecies(std::size_t species) {
+  return "/species/" + std::to_string(species);
+}
 
 void writeMembranes(Hdf5Writer& out, std::size_t species, const std::vector<std::int32_t>& speciesOfCells,
                     const std::function<const std::vector<Vec3>*(std::size_t)>& verticesOf,
@@ -40,7 +40,7 @@ void writeMembranes(Hdf5Writer& out, std::size_t species, const std::vector<std:
   out.table(rowsPath, 1, rows);
   for (std::size_t s = 0; s < species; ++s) {
     const auto width = int(-ranks.min(-size[s]));
-    if (own[s] > 0) out.table(pathOf(s) + "/membranes", width, tables[s], 3);
+    if (own[s] > 0) out.table(pathOfSpecies(s) + "/membranes", width, tables[s], 3);
   }
 }
 
@@ -70,8 +70,9 @@ StoredMembranes::StoredMembranes(const Hdf5Reader& in, const std::vector<std::in
     const std::int64_t rows = ranges[s].end - ranges[s].begin;
     if (rows == 0) continue;
     rows_[s].first = ranges[s].begin;
-    rows_[s].width = in.size(pathOf(s) + "/vertices")[0] * 3;
-    rows_[s].values = in.table<double>(pathOf(s) + "/membranes", int(rows_[s].width), ranges[s].begin, rows);
+    rows_[s].width = in.size(pathOfSpecies(s) + "/vertices")[0] * 3;
+    rows_[s].values =
+        in.table<double>(pathOfSpecies(s) + "/membranes", int(rows_[s].width), ranges[s].begin, rows);
     for (const double x : rows_[s].values)
       if (!std::isfinite(x)) in.fail("is damaged: it contains values out of range");
   }

@@ -15,6 +15,9 @@ namespace packmesh {
 class Hdf5Reader;
 class Hdf5Writer;
 
+/// The group of a species in files.
+std::string pathOfSpecies(std::size_t species);
+
 /// Writes the vertices of the cells that have meshes of their own, `/species/<s>/membranes`, and the row of
 /// each cell in them, `/cells/membrane`; nothing if there are no such cells. All ranks call.
 /// @param species numbers of species in the file, and those of this rank's cells, which those of lower ranks

@@ -2,22 +2,22 @@
 #include "packMesh/packing/validate_problem.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
 #include "packMesh/growth/tetgen_program.h"
-#include "packMesh/packing/fixed_cells.h"
 
 namespace packmesh {
 namespace {
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return toText(value, 4);
 }
 
 void checkClearance(double clearance, const char* what) {
@@ -119,6 +119,33 @@ void checkStock(const EscapeSettings& escape, std::size_t species) {
     if (bodies < 0) throw InputError("the reserve has a negative number of bodies");
 }
 
+/// Refuses fixed cells that overlap each other or the wall, since no packing is possible then. All ranks
+/// examine all of them.
+void checkFixed(const Physics& physics, const Threads& threads) {
+  std::vector<PlacedCell> cells;
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
+    const Species& species = physics.species[s];
+    if (!species.freedom.fixed) continue;
+    for (const Pose& pose : species.start) {
+      cells.push_back({static_cast<int>(s), physics.placement(pose)});
+      names.push_back("cell " + std::to_string(&pose - species.start.data() + 1) + " of '" + species.name +
+                      "'");
+    }
+  }
+  if (cells.empty()) return;
+  const Certificate found = certify(certificateInputOf(physics, cells, threads));
+  if (!found.misplaced.empty()) {
+    const MisplacedCell& cell = found.misplaced.front();
+    throw InputError(names[cell.cell] + " is fixed, but " + cell.reason);
+  }
+  if (!found.overlapping.empty()) {
+    const OverlappingPair& pair = found.overlapping.front();
+    throw InputError(names[pair.first] + " and " + names[pair.second] + " are fixed, but " +
+                     (pair.gap > 0.0 ? "are closer to each other than the clearance" : "overlap each other"));
+  }
+}
+
 }  // namespace
 
 double cellVolume(const PackingProblem& problem) {
@@ -155,7 +182,7 @@ void validate(const PackingProblem& problem) {
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +
                      " µm³");
   checkRoomForClearance(problem);
-  requireFixedApart(problem.physics, problem.execution.threads);
+  checkFixed(problem.physics, problem.execution.threads);
 }
 
 }  // namespace packmesh

@@ -2,7 +2,8 @@
 #include "packMesh/packing/written_cells.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 
@@ -11,14 +12,6 @@ namespace {
 /// Cells that moved are sent to every rank as long as they are few.
 constexpr double fewMoved = 0.02;
 constexpr std::int64_t alwaysFew = 1000;
-
-/// Distance between two positions, by the nearest image [µm].
-double distanceBetween(const Vec3& a, const Vec3& b, const Vec3& period) {
-  Vec3 d = b - a;
-  for (int k = 0; k < 3; ++k)
-    if (period[k] > 0.0) d[k] -= period[k] * std::round(d[k] / period[k]);
-  return d.norm();
-}
 
 }  // namespace
 
@@ -59,7 +52,7 @@ std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxa
     const Placement now = problem_->physics.placement(state.pose());
     if (known.linear == now.linear && known.translation == now.translation) continue;
     const Vec3& from = takenAt_.emplace(i, known.translation).first->second;
-    far = far || distanceBetween(from, now.translation, period) > Relaxation::certifiedMotion;
+    far = far || nearestImage(now.translation - from, period).norm() > Relaxation::certifiedMotion;
     known = now;
     changed.push_back(i);
   }

@@ -2,11 +2,10 @@
 /// @file Periodic images.
 #pragma once
 
-#include <vector>
-
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "packMesh/core/box.h"
 
@@ -27,6 +26,13 @@ inline Vec3 wrapped(Vec3 p, const Box& bounds, const Vec3& period) {
       if (p[k] >= bounds.hi[k]) p[k] = bounds.lo[k];  // rounding of a tiny negative difference
     }
   return p;
+}
+
+/// The difference of two positions by the nearest images [µm].
+inline Vec3 nearestImage(Vec3 between, const Vec3& period) {
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) between[k] -= period[k] * std::round(between[k] / period[k]);
+  return between;
 }
 
 /// Calls `visit(shift)`, in a fixed order, for every shift (zero included) for which the image of a sphere of

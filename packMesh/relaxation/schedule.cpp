@@ -101,8 +101,9 @@ double tempered(double omega, double depth, const Relaxation& relaxation) {
 }
 
 /// Sweeps with the value of `omega` at each of them.
+/// @return whether no penetration is deeper than `deepest` [µm]
 bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int64_t sweeps,
-               Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
+               Relaxation& relaxation, double deepest, const ScheduleLimits& limits, std::int64_t& at,
                const char* stage, double slack = 0.0) {
   for (; at < sweeps && !spent(relaxation, limits); ++at) {
     if (limits.anew && relaxation.beginsAnew()) {
@@ -111,7 +112,7 @@ bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int6
     }
     const SweepSums sums = relaxation.sweep(omega(at), slack);
     if (limits.tell) limits.tell(stage);
-    if (sums.thorough && sums.deepest <= tolerance) return true;
+    if (sums.thorough && sums.deepest <= deepest) return true;
   }
   return false;
 }
@@ -150,7 +151,7 @@ std::int64_t sweepsOfRelax(std::int64_t parts) {
   return sweeps;
 }
 
-bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
+bool relax(Relaxation& relaxation, const ScheduleLimits& limits, SchedulePosition& at) {
   const auto hot = [&](std::int64_t sweep) {
     return sweep < untemperedSweeps ? hotOmega : tempered(hotOmega, hotDepth, relaxation);
   };
@@ -170,10 +171,11 @@ bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limit
     if (!first && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
     const std::int64_t sweeps = sweepsOf(at.part);
     const bool compacting = isCompaction(at.part);
-    if (first        ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
-        : compacting ? sweepWith(compaction, sweeps, relaxation, tolerance, limits, at.sweep, "compaction",
+    constexpr double deepest = tolerance::relaxationTolerance;
+    if (first        ? sweepWith(hot, sweeps, relaxation, deepest, limits, at.sweep, "relaxation")
+        : compacting ? sweepWith(compaction, sweeps, relaxation, deepest, limits, at.sweep, "compaction",
                                  tolerance::compactionSlack)
-                     : sweepWith(annealing, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
+                     : sweepWith(annealing, sweeps, relaxation, deepest, limits, at.sweep, "annealing"))
       return true;
     if (at.sweep < sweeps) continue;  // this part is complete
     if (compacting && !isTooDeepToCalibrate(relaxation)) return true;
@@ -183,20 +185,14 @@ bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limit
   return false;
 }
 
-bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
-            SchedulePosition& at) {
-  const auto omega = [=](std::int64_t sweep) { return between(hotOmega, repairOmega, sweep, sweeps); };
-  return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep, "repair",
-                   (1.0 - settledFraction) * tolerance);
-}
-
-bool settleCompacted(Relaxation& relaxation, double tolerance, std::int64_t sweeps,
-                     const ScheduleLimits& limits, SchedulePosition& at) {
-  const auto omega = [=](std::int64_t sweep) {
-    return between(calibrationOmega, repairOmega, sweep, sweeps);
-  };
-  return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep, "calibration",
-                   tolerance::compactionSlack);
+bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits, SchedulePosition& at,
+            bool compacted) {
+  const double first = compacted ? calibrationOmega : hotOmega;
+  const auto omega = [=](std::int64_t sweep) { return between(first, repairOmega, sweep, sweeps); };
+  const double slack =
+      compacted ? tolerance::compactionSlack : (1.0 - settledFraction) * tolerance::relaxationTolerance;
+  return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance::relaxationTolerance, limits,
+                   at.sweep, compacted ? "calibration" : "repair", slack);
 }
 
 }  // namespace packmesh

@@ -24,7 +24,7 @@ struct ScheduleLimits {
   std::function<void(const char* stage)> tell;  ///< called after every sweep
 };
 
-/// Sweeps until no penetration is deeper than `tolerance` [µm].
+/// Sweeps until no penetration is deeper than tolerance::relaxationTolerance.
 ///
 /// The first 60 sweeps use full over-relaxation, which resolves everything up to a fraction of about 0.55. At
 /// higher fractions it keeps the cells agitated, like a temperature; if it is too large, cells lock. From
@@ -39,10 +39,10 @@ struct ScheduleLimits {
 /// @return true if the tolerance was reached within the limits, or if so few contacts are left that repairing
 ///   them one by one will succeed, or so shallow ones after a compaction that calibrating them may; false if
 ///   a limit was reached or the cells are jammed
-bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at);
-inline bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
+bool relax(Relaxation& relaxation, const ScheduleLimits& limits, SchedulePosition& at);
+inline bool relax(Relaxation& relaxation, const ScheduleLimits& limits) {
   SchedulePosition start;
-  return relax(relaxation, tolerance, limits, start);
+  return relax(relaxation, limits, start);
 }
 
 /// Total number of sweeps in this many parts of relax(): the first one, annealings, compactions.
@@ -52,19 +52,15 @@ std::int64_t sweepsOfRelax(std::int64_t parts);
 bool isCompaction(std::int64_t part);
 
 /// At most `sweeps` sweeps of a nearly resolved state that move only cells with penetrations deeper than
-/// `tolerance` [µm], until there are none.
+/// tolerance::relaxationTolerance, until there are none.
 /// @param at position to start from; kept up to date
-bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
-            SchedulePosition& at);
-inline bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps,
-                   const ScheduleLimits& limits) {
+/// @param compacted the state is one after a compaction, and the clearances of pairs are calibrated
+bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits, SchedulePosition& at,
+            bool compacted = false);
+inline bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits) {
   SchedulePosition start;
-  return settle(relaxation, tolerance, sweeps, limits, start);
+  return settle(relaxation, sweeps, limits, start);
 }
-
-/// The same for the state after a compaction, while the clearances of pairs are calibrated.
-bool settleCompacted(Relaxation& relaxation, double tolerance, std::int64_t sweeps,
-                     const ScheduleLimits& limits, SchedulePosition& at);
 
 /// Whether the penetrations that are left are too deep for calibration.
 bool isTooDeepToCalibrate(const Relaxation& relaxation);

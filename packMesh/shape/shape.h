@@ -72,7 +72,6 @@ class Shape {
   const SupportBound& bound() const { return bound_; }
   double sampleSpacing() const;  ///< approximate largest distance of a surface point from a sample [µm]
   const SamplePoints& samples() const { return contacts().samples; }
-  const SamplePoints& coarseSamples() const { return contacts().coarseSamples; }
   const ContactViews& views() const { return contacts().views; }
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return contacts().field; }
 

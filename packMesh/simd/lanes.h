@@ -306,8 +306,6 @@ inline int laneOf(const Ints& a, int lane) {
 /// Combines lanes k and k + 8, then k and k + 4: the remaining four lanes of a sum or an extremum.
 template <class Operation>
 inline __attribute__((always_inline)) Four folded(const Lanes& a, Operation operation) {
-#include <cstdint>
-
 #if defined(__AVX2__)
 #if defined(__AVX512F__)
   const Register all = a.r[0];

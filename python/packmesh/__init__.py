@@ -9,7 +9,10 @@ Lengths are in µm, times in s, angles in degrees; rotations are quaternions x, 
 logger "packmesh", which prints nothing unless told to.
 """
 import importlib as _importlib
+import logging as _logging
 import typing as _typing
+
+_logging.getLogger("packmesh").addHandler(_logging.NullHandler())
 
 if _typing.TYPE_CHECKING:
     from ._check import check

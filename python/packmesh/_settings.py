@@ -349,21 +349,37 @@ class Words:
                 "stock": cells.stock, "construction": cells.construction,
                 "minimumDistanceFromSolid": cells.minimum_distance_from_solid}))
 
+    def spacings(self, values: Any) -> None:
+        """Other lattice spacings."""
+        try:
+            found = [float(value) for value in listed("also_dx", values, ())]
+        except (TypeError, ValueError):
+            raise InputError(f"also_dx: expected a list of lattice spacings [µm], found {values!r}") from None
+        if found:
+            self.option("also-dx", " ".join(map(str, found)))
+
     def profile(self, source: Any) -> None:
         """A table of concentrations over the distance from the wall: a file, columns, or "developed"."""
         if source is None:
             return
         if isinstance(source, Mapping):
-            columns = {name: np.asarray(values, dtype=float) for name, values in source.items()}
+            try:
+                columns = {name: np.asarray(values, dtype=float) for name, values in source.items()}
+            except (TypeError, ValueError):
+                raise InputError("profile: expected columns of numbers, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}") from None
             if len({values.shape for values in columns.values()}) != 1 or next(iter(columns.values())).ndim != 1:
                 raise InputError("profile: expected columns of equal length, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}")
             file = self._folder / "profile.txt"
             file.write_text("".join(" ".join(map(str, row)) + "\n" for row in [columns, *zip(*columns.values())]))
             source = file
+        if not isinstance(source, (str, os.PathLike)):
+            raise InputError("profile: expected a file, \"developed\" or columns such as {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}, "
+                             f"found {source!r}")
         self.option("profile", source)
 
     def cells(self, option: str, source: Any) -> None:
-        """Existing cells: files, arrays of lines of .pos files by name, or a packing."""
+        """Existing cells: files, arrays of lines of .pos files by name, a packing, or a step of a run, of a run the last one."""
+        source = _step_of(source)
         if source is None:
             return
         if isinstance(source, (str, os.PathLike)):
@@ -381,7 +397,7 @@ class Words:
             folder = self._folder / option
             _packmesh.write_pos(folder, pos_rows(source))
             source = [folder / (name.strip() + ".pos") for name in source]
-        what = 'files, {"RBC": array of shape (n, 6)}, a Packing or a step of a run'
+        what = 'files, {"RBC": array of shape (n, 6)}, a Packing, a run or a step of one'
         if not hasattr(source, "__iter__"):
             raise InputError(f"{option}: expected {what}, found {source!r}")
         for file in source:
@@ -402,7 +418,8 @@ class Words:
         return written
 
     def blood(self, source: Any) -> None:
-        """A state, the output folder of a run, or a step of one. Of a folder, the case is in the folder around it."""
+        """A state, a run, its output folder, a step of it, or a packing. Of a folder, the case is in the folder around it."""
+        source = _step_of(source)
         if source is None:
             return
         if isinstance(source, (str, os.PathLike)) and os.path.isdir(source):
@@ -412,10 +429,13 @@ class Words:
             source = hemocell_output(source, config=config if config.exists() else None)[-1]
         if callable(getattr(source, "packing", None)):
             source = source.packing()
+        if hasattr(source, "_tell_lumen"):
+            source._tell_lumen()  # whose period is that of the blood
         if hasattr(source, "_state_for"):
             source = self._state_of("blood", source)
         if not isinstance(source, (str, os.PathLike)):
-            raise InputError(f"blood: expected a state file, the output folder of a run, or a step of one, found {source!r}")
+            raise InputError("blood: expected a state file, the output folder of a run, a run or a step of one, or a packing with deformed cells, "
+                             f"found {source!r}")
         self.option("blood", source)
 
     def has_files(self) -> bool:
@@ -444,6 +464,13 @@ class Words:
     def remove_folder(self) -> None:
         if not self._lent:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _step_of(source: Any) -> Any:
+    """Of a run the last step."""
+    from .hemocell_run import Run
+
+    return source[-1] if isinstance(source, Run) else source
 
 
 def _is_red(name: str, cells: Species) -> bool:

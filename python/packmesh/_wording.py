@@ -20,6 +20,8 @@ _SIZES = re.compile(r"(?:three )?sizes sX sY sZ(?: \[µm\])?|(?<=: )sX sY sZ")
 #: A line of the section that _settings.py writes, and an attribute of a tag in it: "argument:2: <species>, attribute wallClearance".
 _PLACE = re.compile(r"\bargument:\d+: ")
 _ATTRIBUTE = re.compile(r"\bargument:\d+: <(?P<tag>\w+)>(?:, attribute (?P<name>\w+))?")
+#: The table that _settings.py writes of an argument, or that is kept beside a state, and a line of it: the first has the names of columns.
+_PROFILE = re.compile(r"(?:(?<=\s)|^)/[^:\n]*/(?:packmesh-[^/:\n]+|[^/:\n]+_inputs)/profile\.txt(?::(?P<line>\d+))?")
 _ATTRIBUTES = {("species", "file"): "mesh", ("species", "scale"): "mesh_scale", ("species", "frame"): "mesh_frame", ("mesh", "file"): "source"}
 
 
@@ -50,6 +52,12 @@ def _attribute(found: "re.Match[str]") -> str:
     return f"{tag.capitalize()}: {_ATTRIBUTES.get((tag, name), in_words)}"
 
 
+def _profile(found: "re.Match[str]") -> str:
+    line = int(found["line"] or 1)
+    return "profile" if line == 1 else f"profile: row {line - 1}"
+
+
 def in_python(message: str) -> str:
     """"option '--max-time': expected" becomes "max_time: expected"."""
+    message = _PROFILE.sub(_profile, message)
     return _PLACE.sub("", _ATTRIBUTE.sub(_attribute, _SIZES.sub("box=(x, y, z)", _OPTION.sub(_option, message))))

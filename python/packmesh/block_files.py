@@ -11,7 +11,7 @@ import contextlib
 import dataclasses
 import os
 import re
-from typing import Any, Container, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Container, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -75,6 +75,56 @@ def steps_of(folder: str) -> Dict[int, str]:
     if not found:
         raise InputError(f"{hdf5}: has no steps; expected folders with names such as 000000001000")
     return dict(sorted(found.items()))
+
+
+class RunFolder:
+    """The output folder of a run: which files it has, and which must be there.
+
+    path: its name; steps: folders by iteration, ascending
+    """
+
+    def __init__(self, path: str) -> None:
+        """Raises InputError"""
+        self.path = path
+        self.steps = steps_of(path)
+        self._known: Optional[Dict[str, Tuple[int, int]]] = None
+
+    def types(self) -> Dict[str, Tuple[int, int]]:
+        """Types of files in any step: the first iteration that has them, and a block there."""
+        if self._known is None:
+            self._known = {}
+            for iteration, folder in self.steps.items():
+                with contextlib.suppress(OSError):  # it was removed
+                    for match in filter(None, map(_NAME.fullmatch, os.listdir(folder))):
+                        self._known.setdefault(match["type"], (iteration, int(match["block"])))
+        return self._known
+
+    def files_of(self, iteration: int) -> Dict[str, Dict[int, str]]:
+        """Paths of a step by type and block.
+
+        HemoCell writes the files of all types of cells, even if no cells are left. Raises InputError if some are missing or of another step
+        """
+        found = names_in(self.steps[iteration], iteration)
+        for name, (other, block) in self.types().items():
+            if name not in found and not name.startswith(NO_CELLS):
+                raise InputError(f"{self.expected(iteration, name, found, block)}: is missing, as iteration {other} has such a file")
+        return found
+
+    def expected(self, iteration: int, name: str, found: Dict[str, Dict[int, str]], block: int = 0) -> str:
+        """Path of the first file of a type that a step does not have. found: what it has; block: if nothing else tells"""
+        there = [min(blocks) for other, blocks in found.items() if other.endswith(PRE_INLET) == name.endswith(PRE_INLET)]
+        folder = self.steps[iteration]
+        return os.path.join(folder, f"{name}.{os.path.basename(folder)}.p.{min(there, default=block)}.h5")
+
+    def require_all_blocks(self, iteration: int, name: str, own: Iterable[int]) -> None:
+        """own: blocks of a type in a step. Raises InputError if a neighbouring step has further ones"""
+        every, folder = list(self.steps), self.steps[iteration]
+        at = every.index(iteration)
+        for other in every[max(0, at - 1):at + 2]:
+            theirs = set(names_in(self.steps[other], other).get(name, {}))
+            if set(own) < theirs:
+                missing = os.path.join(folder, f"{name}.{os.path.basename(folder)}.p.{min(theirs - set(own))}.h5")
+                raise InputError(f"{missing}: is missing, as iteration {other} has such a file")
 
 
 def names_in(folder: str, iteration: int) -> Dict[str, Dict[int, str]]:

@@ -21,9 +21,9 @@ from .packing import Check, Packing
 from .progress import Progress, ProgressDisplay
 
 if TYPE_CHECKING:
-    from .hemocell_run import Step
+    from .hemocell_run import Run, Step
 
-Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, "Step"]
+Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, "Step", "Run"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,9 +131,9 @@ def pack(
         profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
-            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, or a step of a run or its packing, whose cells
-            keep their membranes
-        blood: flowing blood that is repeated over the lumen: a state file, the output folder of a run, of which the last step is
+            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, or a step of a run, its packing, or a run, of which the
+            last step is taken: these cells keep their membranes
+        blood: flowing blood that is repeated over the lumen: a state file, a run or its output folder, of which the last step is
             taken, a step of a run, or a packing with deformed cells
         rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)
         fluid_volume: the hematocrit refers to the fluid nodes instead of the true lumen
@@ -263,8 +263,7 @@ def _fill(asked: Words, **given: Any) -> None:
         asked.option("pre-inlet-range", axis, *several("pre_inlet_ranges", planes, 2, "two planes"))
     for name, value in mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}').items():
         asked.option("growth", name, value)
-    if len(given["also_dx"]):
-        asked.option("also-dx", " ".join(str(float(dx)) for dx in given["also_dx"]))
+    asked.spacings(given["also_dx"])
     if given["tile"] is not None:
         asked.option("tile", *several("tile", given["tile"], 3, "three numbers"))
     asked.flag("fluid-volume", given["fluid_volume"])

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import glob
 import os
-from typing import Optional
+from typing import Container, Iterator, Optional, Tuple
 
 import numpy as np
 
@@ -41,6 +42,21 @@ def read_table(folder: str, name: str, step: str) -> Optional[CellTable]:
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: cannot be read, is it complete? ({error})") from None
     return CellTable(path, center, ids, base)
+
+
+def other_tables(folder: str, step: str, known: Container[str]) -> Iterator[Tuple[str, int, str]]:
+    """Tables of a step that list cells of other types: name of the type, number of cells, path. Raises InputError"""
+    for path in sorted(glob.glob(os.path.join(glob.escape(folder), "csv", f"*.{step}.csv"))):
+        name = os.path.basename(path)[:-len(f".{step}.csv")]
+        if name in known:
+            continue
+        try:
+            with open(path, encoding="utf-8") as stream:
+                count = sum(1 for _ in stream) - 1
+        except (OSError, ValueError) as error:
+            raise InputError(f"{path}: cannot be read ({error})") from None
+        if count > 0:
+            yield name, count, path
 
 
 def require_no_more(table: CellTable, cells: Copies) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import os
 import pathlib
 from typing import Any, Dict, List, Optional, Sequence, Tuple
@@ -15,11 +16,15 @@ from .errors import InputError
 from .export import exported, names_of
 from .export import write as write_exports
 from .hemocell_run import Step
-from .packing_file import Faults, Kind, Lumen, PackingFile
+from .packing_file import RUN_COMMAND, Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
 from .run_lumen import RunLumen
-from .run_measures import is_red
+from .run_measures import is_red, warned_outside
 from .run_overlaps import overlapping
+
+_CELLS_AT_ONCE = 1024
+_AROUND = 1.0  # from cells to the faces of a box around them [µm]
+_log = logging.getLogger("packmesh")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,6 +47,9 @@ class DeformedPacking(CellPacking):
 
     Cells are in the order of species, then as in the step. `rotations`, `positions` and pos_lines() are of the template that HemoCell
     builds, moved so that the squared distances of its vertices to those of the cell are least (Kabsch 1976).
+
+    A packing does not change: its copies are itself. It can be pickled; check(), and the lumen of the case, need the files of the run and of
+    the case where it is unpickled.
     """
 
     positions: np.ndarray
@@ -49,15 +57,32 @@ class DeformedPacking(CellPacking):
     deformed = True  #: cells have meshes of their own
 
     def __init__(self, step: Step, config: Optional[str]) -> None:
-        """Raises InputError if a template is not known or another"""
+        """Raises InputError if a template is not known or another, or the case is not that of the run"""
         self.step = step
         self._config = config
         self._lumen = RunLumen(config) if config is not None else None
+        if self._lumen is not None:
+            self._lumen.require_run(step)
         self._vertices = {name: step.vertices(name) for name in step.species_names}
         folder = None if config is None else os.path.dirname(os.path.abspath(config))
         self._templates = {name: self._template_of(name, folder) for name in step.species_names}
         fits = [_fits(self._templates[name][0], self._vertices[name]) for name in step.species_names]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
+        if self._lumen is not None and step.fluid is None:
+            self._tell_outside(self._lumen)
+
+    def __copy__(self) -> DeformedPacking:
+        return self
+
+    def __deepcopy__(self, _memo: Any) -> DeformedPacking:
+        return self
+
+    def __getstate__(self) -> Dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_lumen"}
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._lumen = RunLumen(self._config) if self._config is not None else None
 
     @property
     def counts(self) -> Dict[str, int]:
@@ -120,21 +145,52 @@ class DeformedPacking(CellPacking):
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes a state (HDF5) with the deformed membranes, for ``packMesh check``, ``--fixed``, ``--start``, ``--blood`` and the
-        plug-in's loadParticles()."""
+        plug-in's loadParticles().
+
+        Without a case the lumen in it is the box of the fluid, periodic along x, y and z, with a warning.
+        """
+        self._tell_lumen()
+        self._write_state(file)
+
+    def _tell_lumen(self) -> None:
+        """Warns if the lumen is not known."""
+        if self._lumen is None:
+            box = self._periodic_box()
+            size = "" if box is None else " x ".join(f"{x:.4g}" for x in box[1] - box[0])
+            _log.warning(f"{self.step.folder}: without the case (config, --case) the lumen is taken to be "
+                         + (f"a box of {size} µm, periodic along x, y and z" if box is not None else "a box around the cells, not periodic"))
+
+    def _periodic_box(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """Low and high corner of the domain [µm], around the cells along axes where that is not known; None if nothing of it is known."""
+        domain, every = self.step.domain, np.concatenate([cells.reshape(-1, 3) for cells in self._vertices.values()])
+        if domain is None or len(every) == 0:
+            return None
+        known = np.isfinite(domain.high)
+        return np.where(known, domain.low, every.min(axis=0) - _AROUND), np.where(known, domain.high, every.max(axis=0) + _AROUND)
+
+    def _tell_outside(self, lumen: RunLumen) -> None:
+        """Warns of cells far out of it."""
+        for name, cells in self._vertices.items():
+            wall = None
+            if lumen.has_wall and len(cells):
+                wall = np.concatenate([lumen.distances(some.reshape(-1, 3)).reshape(len(some), -1).min(axis=1)
+                                       for some in np.array_split(cells, -(-len(cells) // _CELLS_AT_ONCE))])
+            if len(cells) and warned_outside(lumen, self.step, name, cells.mean(axis=1), wall):
+                return
+
+    def _write_state(self, file: "str | os.PathLike[str]") -> None:
         first = np.concatenate([[0], np.cumsum(list(self.counts.values()))])
         kinds = []
         for i, (name, cells) in enumerate(self._vertices.items()):
             own = slice(first[i], first[i + 1])
             body = np.einsum("nvi,nij->nvj", cells - self.positions[own, None], self._matrices[own])
             kinds.append((name, *self._templates[name], self.positions[own], self.rotations[own], body))
-        domain = self.step.domain
-        boxes = (None if domain is None else (domain.low, domain.high))
-        words = ["packmesh.hemocell_output", f"iteration {self.step.iteration}, cells as they were"]
-        _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, boxes)
+        words = [RUN_COMMAND, f"iteration {self.step.iteration}, cells as they were"]
+        _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, self._periodic_box())
 
     def _state_for(self, file: "str | os.PathLike[str]") -> str:
         """Writes a state with these cells. Returns its name"""
-        self.save(file)
+        self._write_state(file)
         return os.fspath(file)
 
     def cells_file(self) -> PackingFile:
@@ -164,7 +220,7 @@ class _StepCells(PackingFile):
         self._packing, self.path = packing, packing.step.folder
         self.species, self.positions = packing.species, packing.positions
         self.orientations = np.roll(packing.rotations, 1, axis=1)
-        self.columns, self.finished, self.faults = {}, False, Faults([], [])
+        self.columns, self.finished, self.of_run, self.faults = {}, False, True, Faults([], [])
         self.deformed = np.ones(len(self.species), bool)
         self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
         lumen = packing._lumen

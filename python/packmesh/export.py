@@ -88,7 +88,7 @@ def main() -> int:
         if words.plan:
             print("\n".join(names_of(exports, words.folder)))
             return
-        if not packing.finished:
+        if not (packing.finished or packing.of_run):
             files.warn(f"{words.file}: its cells are not those of a finished packing: they may overlap")
         for name in write(exports, words.folder):
             files.say(f"Wrote {name}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 import os
 import signal
 import socket
@@ -143,9 +144,19 @@ def _end(_signal: int, _frame: Any) -> None:
     sys.exit(128 + _signal)  # removes what is not complete
 
 
+class _Warnings(logging.Handler):
+    """Prints what the package logs, also while a bar is shown."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if sys.stderr.isatty():
+            print("\r\x1b[K", end="", file=sys.stderr)
+        warn(record.getMessage())
+
+
 def run_command(work: Any) -> int:
-    """Calls work(), prints its error. Returns the exit code"""
+    """Calls work(), prints its warnings and its error. Returns the exit code"""
     signal.signal(signal.SIGTERM, _end)
+    logging.getLogger("packmesh").addHandler(_Warnings(logging.WARNING))
     try:
         work()
         return 0

@@ -2,24 +2,26 @@
 """What a HemoCell run has written: hemocell_output()."""
 from __future__ import annotations
 
+import logging
 import math
 import os
-import xml.etree.ElementTree
-from typing import TYPE_CHECKING, Dict, Iterator, List, Optional, Sequence, Tuple, Union, overload
+from typing import TYPE_CHECKING, Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union, overload
 
 import numpy as np
 
 from packmesh import block_files, cell_csv
-from packmesh.block_files import BlockFile, Layout
+from packmesh.block_files import BlockFile, Layout, RunFolder
 from packmesh.cell_csv import CellTable
 from packmesh.errors import InputError
 from packmesh.fluid_files import fluid_domain
 from packmesh.joined_cells import LARGEST_EXACT_ID, Copies, Domain, Joined, Advance, joined, period_of
+from packmesh.run_lumen import config_of, number_in_case
 
 if TYPE_CHECKING:
     from packmesh.deformed_packing import DeformedPacking
 
 Path = Union[str, "os.PathLike[str]"]
+_log = logging.getLogger("packmesh")
 
 
 def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Optional[Sequence[float]] = None) -> "Run":
@@ -27,18 +29,10 @@ def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Opti
 
     config: config.xml of the case, or its folder: for the density of the fluid, by which forces in lattice units become pN, and for the templates
         of cells, which tell what a cell is if neither triangles nor ids were written
-    period: of the flow along x, y, z [µm], 0 where it is not periodic; default: the extent of the fluid that HemoCell wrote, or
-        else the shift between cells of the same shape
+    period: shifts between images of cells along x, y, z [µm], 0 where the flow is not periodic; default: the extent of the fluid that
+        HemoCell wrote, which it must not contradict, or else the shift between cells of the same shape
     """
     return Run(os.fspath(folder), config_of(config), period)
-
-
-def config_of(case: Optional[Path]) -> Optional[str]:
-    """Of a case: config.xml, or its folder."""
-    if case is None:
-        return None
-    name = os.fspath(case)
-    return os.path.join(name, "config.xml") if os.path.isdir(name) else name
 
 
 class Run:
@@ -50,11 +44,13 @@ class Run:
         self._period = None if period is None else np.asarray(period, float)
         if self._period is not None and not (self._period.shape == (3,) and np.all(self._period >= 0)):
             raise InputError(f"period: expected three lengths [µm], found {period!r}")
-        self._steps = block_files.steps_of(folder)
+        self._contents = RunFolder(folder)
+        self._steps = self._contents.steps
         self.case_period: Optional[np.ndarray] = None  # of the case's lumen [µm], for runs that wrote no fluid
         self._layouts: Dict[str, Layout] = {}
         self._largest_id: Optional[int] = None
         self._id_period = 0  # ids are those of the cells plus multiples of it; 0: not known yet
+        self._told: Set[str] = set()
 
     def __repr__(self) -> str:
         return f"<packmesh.Run: {len(self)} steps in {self.folder}>"
@@ -97,16 +93,15 @@ class Run:
                             self._largest_id = max(self._largest_id, int(file["Cell Id"][()].max()))
         return self._largest_id
 
+    def _warn_once(self, about: str, text: str) -> None:
+        if about not in self._told:
+            self._told.add(about)
+            _log.warning(text)
+
     @property
     def fluid_density(self) -> Optional[float]:
         """`<rhoP>` of the case [kg/m³], None without one. Raises InputError."""
-        if self.config is None:
-            return None
-        try:
-            text = xml.etree.ElementTree.parse(self.config).getroot().findtext("domain/rhoP")
-            return None if text is None else float(text)
-        except (OSError, ValueError, xml.etree.ElementTree.ParseError) as error:
-            raise InputError(f"{self.config}: cannot be read: {error}") from None
+        return None if self.config is None else number_in_case(self.config, "domain/rhoP")
 
 
 class Step:
@@ -124,14 +119,17 @@ class Step:
         self.iteration = iteration
         self._inlet = block_files.PRE_INLET if pre_inlet else ""
         self.folder = run._steps[iteration]
-        self._files = block_files.names_in(self.folder, iteration)
+        self._files = run._contents.files_of(iteration)
         self.species_names = block_files.cell_types(list(self._files), pre_inlet)
         if not self.species_names and not pre_inlet:
             raise InputError(f"{self.folder}: has no files of cells; expected names such as RBC.{os.path.basename(self.folder)}.p.0.h5")
+        if not pre_inlet:
+            self._require_types_of_tables()
         self._headers: Dict[str, List[BlockFile]] = {}
         self._joined: Dict[str, Joined] = {}
         self._ids: Dict[str, Union[None, np.ndarray, InputError]] = {}
         self._domain: Union[None, Domain, str] = "not known"
+        self._fluid: Union[None, Domain, str] = "not known"
 
     def __repr__(self) -> str:
         return f"<packmesh.Step: iteration {self.iteration} of {self.run.folder}>"
@@ -166,7 +164,9 @@ class Step:
 
     @property
     def period(self) -> np.ndarray:
-        """Of the fluid along x, y, z [µm], 0 where its extent is not known, shape (3,)."""
+        """Shifts between images of cells along x, y, z [µm], shape (3,): the extent of the fluid, whether the flow is periodic there or not
+        (the files do not tell); 0 along axes of which `period` of hemocell_output() is 0, or of which nothing is known. `domain` is None if
+        nothing is known of any axis."""
         domain = self.domain
         return np.zeros(3) if domain is None else domain.size
 
@@ -260,10 +260,26 @@ class Step:
 
         config: config.xml of the case, for its lumen and templates; default: that of the run, or else no lumen and HemoCell's
             own templates
+
+        Raises InputError if the case has another lattice than the run
         """
         from packmesh.deformed_packing import DeformedPacking
 
         return DeformedPacking(self, self.run.config if config is None else config_of(config))
+
+    @property
+    def fluid(self) -> Optional[Domain]:
+        """The nodes of the fluid as HemoCell wrote them, here or in another step; None without files of the fluid."""
+        if isinstance(self._fluid, str):
+            name = "Fluid" + self._inlet
+            blocks, known = self._files.get(name), self.run._contents.types().get(name)
+            if blocks is None and known is not None:
+                expected = self.run._contents.expected(self.iteration, name, self._files)
+                self.run._warn_once(name, f"{expected}: is missing, as iteration {known[0]} has such a file: the extent of the fluid is that of "
+                                    f"iteration {known[0]}, also in other such steps")
+                blocks = block_files.names_in(self.run._steps[known[0]], known[0])[name]
+            self._fluid = fluid_domain(blocks or {})
+        return self._fluid
 
     @property
     def domain(self) -> Optional[Domain]:
@@ -283,10 +299,14 @@ class Step:
                 raise InputError(f"{self._place(name)}: nothing tells which positions are a cell; expected OUTPUT_TRIANGLES, "
                                  "OUTPUT_VERTEX_ID or OUTPUT_CELL_ID among the outputs of the case (points() has the positions)")
             found = joined(headers, layout, self.domain, progress or (lambda cells: None))
-            self._require_all_blocks(name)
             table = None if self._inlet else cell_csv.read_table(self.run.folder, name, os.path.basename(self.folder))
-            if table is not None:
+            if table is None:
+                self.run._contents.require_all_blocks(self.iteration, name + self._inlet, self._files[name + self._inlet])
+            else:
                 cell_csv.require_no_more(table, found.cells)
+                if len(table.ids) < len(found.cells):
+                    self.run._warn_once(f"table of {name}", f"{table.path}: lists {len(table.ids)} cells, the files of the step have "
+                                        f"{len(found.cells)}: its ids are not used")
             try:
                 ids: Union[None, np.ndarray, InputError] = self._find_ids(name, found, table)
             except InputError as failure:
@@ -350,12 +370,15 @@ class Step:
             known[name] = Layout(len(found[0]), found[1])
 
     def _find_domain(self) -> Optional[Domain]:
-        low = np.full(3, -0.5 * self.dx)
-        period = self.run._period
+        low, period, fluid = np.full(3, -0.5 * self.dx), self.run._period, self.fluid
+        if period is None and fluid is not None:
+            return fluid
+        if period is not None and fluid is not None:
+            for axis, stated, found in zip("xyz", period, fluid.size):
+                if stated > 0 and abs(stated - found) > 0.5 * self.dx:
+                    raise InputError(f"period: expected {found:g} µm along {axis}, the extent of the fluid in {self.folder}, found {stated:g}")
+            period = np.where(period > 0, fluid.size, 0)
         if period is None:
-            fluid = fluid_domain(self._files.get("Fluid" + self._inlet, {}))
-            if fluid is not None:
-                return fluid
             period = self.run.case_period
         if period is None:
             period = np.round(period_of([self._copies_of(name) for name in self.species_names]) / self.dx) * self.dx
@@ -364,16 +387,15 @@ class Step:
     def _copies_of(self, name: str) -> Copies:
         return joined(self._headers_of(name), self._layout_of(name), None, lambda cells: None).cells
 
-    def _require_all_blocks(self, name: str) -> None:
-        """Raises InputError if a neighbouring step has further blocks, and no table tells how many cells there are"""
-        step = os.path.basename(self.folder)
-        if os.path.isfile(os.path.join(self.run.folder, "csv", f"{name}.{step}.csv")):
-            return
-        own, at = set(self._files[name + self._inlet]), self.run.iterations.index(self.iteration)
-        for other in self.run.iterations[max(0, at - 1):at + 2]:
-            theirs = set(block_files.names_in(self.run._steps[other], other).get(name + self._inlet, {}))
-            if own < theirs:
-                raise InputError(f"{self._place(name)}.p.{min(theirs - own)}.h5: is missing, as iteration {other} has such a file")
+    def _require_types_of_tables(self) -> None:
+        """Raises InputError if a table lists cells of a type that has no files. That a case writes no cells of it is certain only if no step
+        has any"""
+        for name, count, path in cell_csv.other_tables(self.run.folder, os.path.basename(self.folder), self._files):
+            expected = self.run._contents.expected(self.iteration, name, self._files)
+            if len(self.run) == 1:
+                raise InputError(f"{expected}: is missing, as {path} lists {count} cells; if the case does not write these cells, move their "
+                                 "tables away")
+            self.run._warn_once(f"files of {name}", f"{path}: lists {count} cells, but no step has files such as {expected}: {name} is left out")
 
     def _find_ids(self, name: str, cells: Joined, table: Optional[CellTable]) -> Optional[np.ndarray]:
         found = None if table is None else cell_csv.base_ids_of(cells.cells, table, cells.scale)

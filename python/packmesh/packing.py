@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import logging
 import os
 import pathlib
 import shutil
@@ -26,6 +27,8 @@ from .stored import StateFile, Stored
 
 if TYPE_CHECKING:
     from .cells import Floats, Integers
+
+_log = logging.getLogger("packmesh")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -265,7 +268,10 @@ class Packing(CellPacking):
         return name
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
-        """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
+        """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective). Returns what was written.
+
+        Species with deformed cells have no ``.pos`` file, with a warning; if nothing else is to be written, InputError is raised. A
+        state that save() writes has them.
 
         export: formats to write beside them: "csv", "espresso", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "npfem", "stl", "vtk",
         "vtk-meshes".
@@ -273,10 +279,28 @@ class Packing(CellPacking):
         formats = [plain("export", str(one)) for one in listed("export", export, str)]
         name = file_name("folder", folder, "a folder")
         if not formats:
-            return self._held.write(name, [])
+            written = self._held.write(name, [])
+            self._tell_left_out(written, not written)
+            return written
         with self._exports(name, formats) as (names, write):
             written = self._held.write(name, names)
+            self._tell_left_out(written, False)
             return written + write()
+
+    def _tell_left_out(self, written: Sequence[pathlib.Path], is_error: bool) -> None:
+        """Names the .pos files that deformed cells do not have. Raises InputError if that is an error"""
+        if not self.deformed:
+            return
+        there = {path.name for path in written}
+        missing = [name + ".pos" for name, count in self.counts.items() if count and name + ".pos" not in there]
+        if not missing:
+            return
+        text = (f"{' and '.join(missing)} {'is not written: it' if len(missing) == 1 else 'are not written: they'} cannot have cells with meshes "
+                "of their own; save() writes a state that has them")
+        if is_error:
+            raise InputError(f"write_pos: {text}")
+        if self._comm is None or self._comm.rank == 0:
+            _log.warning(text)
 
     def write_vtp(self, folder: Path = ".", meshes: bool = False) -> List[pathlib.Path]:
         """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``packmesh render``

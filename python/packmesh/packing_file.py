@@ -13,6 +13,8 @@ import numpy as np
 
 from packmesh.errors import InputError
 
+#: The first word of the command of a state with cells of a run.
+RUN_COMMAND = "packmesh.hemocell_output"
 _ROUNDING = 1e-6  # of unit quaternions and scales
 
 
@@ -55,7 +57,7 @@ class PackingFile:
     species: index of each cell's species into `kinds`, shape (N,)
     columns: other numbers of each cell by name ("gap", "local_hematocrit", ...), shape (N,) or (N, k)
     deformed: whether a cell has a mesh of its own, shape (N,); its position and orientation are those of the template in it
-    finished: whether they are cells of a certified packing
+    finished: whether they are cells of a certified packing; of_run: of a run of HemoCell
     """
 
     def __init__(self, path: str) -> None:
@@ -104,6 +106,7 @@ class PackingFile:
         if is_packing and (_text(file.attrs["kind"]), int(file.attrs["version"])) != ("packMesh packing", 1):
             raise ValueError("of another version")
         self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
+        self.of_run = "command" in file and _text(file["command"].attrs.get("0", "")) == RUN_COMMAND
         counts = np.bincount(self.species, minlength=len(names))
         self.kinds = []
         for number, name in enumerate(names):

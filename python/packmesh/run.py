@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import os
-import xml.etree.ElementTree
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from packmesh import files
 from packmesh.compare import table_lines
 from packmesh.errors import InputError
 from packmesh.hemocell_run import Run, Step, hemocell_output
-from packmesh.run_lumen import RunLumen
+from packmesh.run_lumen import OtherCaseError, RunLumen, number_in_case
 from packmesh.run_measures import RunAnalysis, is_red
 
 HEADS_OF_LOST = ["cell", "#id", "#last seen", "#missing at", "#x [µm]", "#y [µm]", "#z [µm]", "#length [µm]", "where"]
@@ -71,13 +71,8 @@ def rows_of_lost(analysis: RunAnalysis) -> List[List[str]]:
 
 def envelope_of(config: Optional[str], step: Step) -> Optional[float]:
     """Length of `<particleEnvelope>` [µm]. Raises InputError"""
-    if config is None:
-        return None
-    try:
-        text = xml.etree.ElementTree.parse(config).getroot().findtext("domain/particleEnvelope")
-        return None if text is None else int(text) * step.dx
-    except (OSError, ValueError, xml.etree.ElementTree.ParseError) as error:
-        raise InputError(f"{config}: cannot be read: {error}") from None
+    nodes = None if config is None else number_in_case(config, "domain/particleEnvelope")
+    return None if nodes is None else nodes * step.dx
 
 
 def lumen_of(config: Optional[str]) -> Optional[RunLumen]:
@@ -103,8 +98,7 @@ def has_exact_test() -> bool:
 def analysed(run: Run, iterations: List[int], words: argparse.Namespace) -> Tuple[List[Dict[str, Any]], RunAnalysis]:
     """The figures of these steps. Raises InputError"""
     config = run.config
-    analysis = RunAnalysis(lumen_of(config), near_wall=words.near_wall, envelope=envelope_of(config, run.at(iterations[0])),
-                           overlaps=not words.no_overlaps and has_exact_test())
+    analysis = RunAnalysis(lumen_of(config), near_wall=words.near_wall, overlaps=not words.no_overlaps and has_exact_test())
     if analysis.lumen is not None and np.any(analysis.lumen.period > 0):
         run.case_period = analysis.lumen.period
     found: List[Dict[str, Any]] = []
@@ -113,16 +107,34 @@ def analysed(run: Run, iterations: List[int], words: argparse.Namespace) -> Tupl
             bar.begin(f"step {number} of {len(iterations)}", 0)
             try:
                 step = run.at(iteration)
+                analysis.envelope = envelope_of(config, step)
                 bar.begin(f"step {number} of {len(iterations)}", step.rows() * (3 if analysis.overlaps else 2))
                 found.append(analysis.analyse(step, bar.advance))
             except InputError as failure:
-                if not words.skip_damaged:
+                if not words.skip_damaged or (isinstance(failure, OtherCaseError) and not found):
                     raise
                 bar.clear()
                 files.warn(f"iteration {iteration} is left out: {failure}")
     if not found:
         raise InputError(f"{run.folder}: no step can be read")
     return found, analysis
+
+
+def write_state(run: Run, iterations: List[int], words: argparse.Namespace) -> None:
+    """The cells of the last step, with --skip-damaged of the last that can be read. Raises InputError"""
+    for iteration in reversed(iterations):
+        try:
+            packing = run.at(iteration).packing()
+            break
+        except InputError as failure:
+            if not words.skip_damaged or isinstance(failure, OtherCaseError):
+                raise
+            files.warn(f"iteration {iteration} is left out: {failure}")
+    else:
+        raise InputError(f"{run.folder}: no step can be read")
+    packing.save(words.state)
+    counts = ", ".join(f"{count} {name}" for name, count in packing.counts.items())
+    files.say(f"Wrote {words.state}: {counts} of iteration {iteration}")
 
 
 def page_data(run: Run, steps: List[Dict[str, Any]], analysis: RunAnalysis) -> Dict[str, Any]:
@@ -178,9 +190,20 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
 def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:
     """Raises InputError"""
     within = [one for one in iterations if (words.begin is None or one >= words.begin) and (words.end is None or one <= words.end)]
-    if not within or words.every < 1:
+    if not within:
         raise InputError(f"there are no such steps; the run has {len(iterations)} from {iterations[0]} to {iterations[-1]}")
     return within[::words.every]
+
+
+def number_above(text: str, kind: Any, least: float, expected: str) -> Any:
+    """An argument. Raises ArgumentTypeError"""
+    try:
+        value = kind(text)
+    except ValueError:
+        value = math.nan
+    if not least <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected {expected}, found '{text}'")
+    return value
 
 
 def parsed() -> argparse.Namespace:
@@ -189,15 +212,20 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--case", metavar="config.xml", help="of the run, or its folder: lumen, density and particleEnvelope")
     parser.add_argument("--from", dest="begin", type=int, metavar="iteration", help="first step")
     parser.add_argument("--to", dest="end", type=int, metavar="iteration", help="last step")
-    parser.add_argument("--every", type=int, default=1, metavar="n", help="only every n-th step")
-    parser.add_argument("--near-wall", type=float, default=3.0, metavar="distance", help="of a platelet's centre to the wall [µm] (3)")
+    parser.add_argument("--every", type=lambda text: number_above(text, int, 1, "1 or more steps"), default=1, metavar="n",
+                        help="only every n-th step")
+    parser.add_argument("--near-wall", type=lambda text: number_above(text, float, 0, "a distance [µm]"), default=3.0, metavar="distance",
+                        help="of a platelet's centre to the wall [µm] (3)")
     parser.add_argument("--no-overlaps", action="store_true", help="without the test for overlapping membranes, which takes longest")
     parser.add_argument("--skip-damaged", action="store_true", help="leave out steps that are incomplete, with a warning")
     parser.add_argument("--state", metavar="file", help="only write the cells of the last step to a state (.h5), deformed as they are")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="page to be written (HTML); default: run.html in the output folder")
     parser.add_argument("--no-page", action="store_true", help="write no page")
-    return parser.parse_args()
+    words = parser.parse_args()
+    if words.state and (words.csv or words.page):
+        parser.error("--state only writes a state: expected neither --csv nor --page")
+    return words
 
 
 def main() -> int:
@@ -207,10 +235,7 @@ def main() -> int:
         run = hemocell_output(words.folder, config=words.case)
         chosen = chosen_of(run.iterations, words)
         if words.state:
-            packing = run.at(chosen[-1]).packing()
-            packing.save(words.state)
-            counts = ", ".join(f"{count} {name}" for name, count in packing.counts.items())
-            files.say(f"Wrote {words.state}: {counts} of iteration {chosen[-1]}")
+            write_state(run, chosen, words)
             return
         steps, analysis = analysed(run, chosen, words)
         show(steps, analysis)

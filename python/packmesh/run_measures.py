@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
@@ -18,6 +19,9 @@ LAYER = 0.5  # width of the layers along the axis and by distance to the wall [�
 _AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wall [lattice spacings]
 _POINTS = 1 << 22  # for the volume of all cells by distance to the wall
 _FEWEST_POINTS, _MOST_POINTS = 30, 3000  # per cell
+_LEAST_ELONGATION = 0.02  # of cells whose longest axis has a direction
+FAR_OUT = 2.0  # cells that reach so far out of the lumen are not in it [lattice spacings]
+_log = logging.getLogger("packmesh")
 
 Advance = Callable[[int], None]
 
@@ -49,6 +53,16 @@ def is_red(name: str) -> bool:
     return "RBC" in name
 
 
+def warned_outside(lumen: RunLumen, step: Step, name: str, centers: np.ndarray, wall: Optional[np.ndarray]) -> bool:
+    """Warns of cells that are far out of the lumen: RunLumen.reach()"""
+    reach = lumen.reach(centers, wall)
+    outside = int(np.sum(reach > FAR_OUT * step.dx))
+    if outside:
+        _log.warning(f"{step.folder}: {outside} of {len(reach)} cells {name} reach up to {reach.max():.3g} µm out of the lumen of {lumen.config}; "
+                     "is it the case of the run?")
+    return outside > 0
+
+
 class RunAnalysis:
     """Steps are analysed one after the other; losses and drifts refer to those before.
 
@@ -67,9 +81,14 @@ class RunAnalysis:
         self._first: Dict[str, OfSpecies] = {}
         self._before: Optional[Tuple[int, Dict[str, OfSpecies]]] = None
         self._lumen_layers: Optional[Tuple[np.ndarray, np.ndarray]] = None
+        self._lattice: Optional[Tuple[int, float, Optional[np.ndarray]]] = None  # iteration, spacing, extent [µm]
+        self._told_outside = False
 
     def analyse(self, step: Step, progress: Advance = lambda cells: None) -> Dict[str, Any]:
         """The figures of a step, as the page has them. Raises InputError"""
+        if self.lumen is not None:
+            self.lumen.require_run(step)
+        self._require_same_lattice(step)
         profiles = _Profiles(self.lumen, step)
         found = {name: self._species(step, name, profiles, progress) for name in step.species_names}
         for name, one in found.items():
@@ -91,7 +110,24 @@ class RunAnalysis:
             figures["overlaps"] = len(pairs) if all(map(step.has_triangles, step.species_names)) else None
             figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in pairs[:20]]
         self._before = (step.iteration, found)
+        self._tell_outside(step, found)
         return figures
+
+    def _require_same_lattice(self, step: Step) -> None:
+        """Raises InputError if it is not that of the first step"""
+        extent = None if step.fluid is None else step.fluid.size
+        if self._lattice is None:
+            self._lattice = step.iteration, step.dx, extent
+        first, dx, before = self._lattice
+        if abs(step.dx - dx) > 1e-6 * dx or (extent is not None and before is not None and np.abs(extent - before).max() > 0.5 * dx):
+            raise InputError(f"{step.folder}: has another lattice than iteration {first}; are both of the same run?")
+
+    def _tell_outside(self, step: Step, found: Dict[str, OfSpecies]) -> None:
+        """Warns once of cells far out of the lumen."""
+        if self.lumen is None or self._told_outside:
+            return
+        for name, one in found.items():
+            self._told_outside |= warned_outside(self.lumen, step, name, one.shapes.center, one.wall)
 
     def _species(self, step: Step, name: str, profiles: "_Profiles", progress: Advance) -> OfSpecies:
         cells = step.joined(name, progress)
@@ -135,8 +171,8 @@ class RunAnalysis:
             "elongation": float(shapes.elongation.mean()), "length": float(shapes.length.max()),
             "order": [float(x) for x in order], "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
         if self.lumen is not None:
-            along = np.abs(longest[:, self.lumen.flow_axis])
-            figures["inclination"] = float(np.degrees(np.arccos(np.clip(along, 0, 1))).mean())
+            along = np.abs(longest[shapes.elongation > _LEAST_ELONGATION, self.lumen.flow_axis])
+            figures["inclination"] = float(np.degrees(np.arccos(np.clip(along, 0, 1))).mean()) if len(along) else None
             if self.lumen.has_wall:
                 centers = self.lumen.distances(shapes.center)
                 figures["nearWall"] = float(np.mean(centers < self.near_wall))

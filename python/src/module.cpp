@@ -269,7 +269,8 @@ py::dict columnsByName(PythonPacking& packing) {
   py::dict all;
   for (const CellColumn& column : columns) {
     const py::array_t<double> values(static_cast<py::ssize_t>(column.values.size()), column.values.data());
-    all[py::str(column.name)] = column.width == 1 ? py::object(values) : values.attr("reshape")(-1, column.width);
+    all[py::str(column.name)] =
+        column.width == 1 ? py::object(values) : values.attr("reshape")(-1, column.width);
   }
   return all;
 }
@@ -341,7 +342,10 @@ void addPacking(py::module_& module) {
            })
       .def("require_writable",
            [](PythonPacking& p, const std::vector<fs::path>& files) {
-             withScene(p, [&](const HeldPacking& held) { requireWritableFiles(held, files); });
+             withScene(p, [&](const HeldPacking& held) {
+               onFirstRank(held.ranks,
+                           [&] { requireWritableOutputs(*held.packing.problem, {}, false, files); });
+             });
            })
       .def("save", &save);
 }

@@ -104,10 +104,11 @@ class RunOfStudy:
         self.force = np.array([step["species"]["RBC"]["force"] or 0 for step in steps])
         width = steps[0]["byDepth"]["width"]
         layers = round(LAYER / width)
+        rings = (RADIUS - width * np.arange(layers + 1)) ** 2
         profile = np.array([padded(step["byDepth"]["fraction"]["RBC"]) for step in steps])
         self.curves = {
             "cell-free layer [µm]": np.array([step["cellFreeLayer"] for step in steps]),
-            f"hematocrit within {LAYER:g} µm of the wall": profile[:, :layers].mean(axis=1),
+            f"hematocrit within {LAYER:g} µm of the wall": np.average(profile[:, :layers], axis=1, weights=-np.diff(rings)),
             "flow rate [10³ µm³/ms]": np.array([step["flow"] or np.nan for step in steps]) * 1e-6,
             "distance of platelets from the wall [µm]": np.array([step["species"]["PLT"]["wallDistance"] for step in steps]),
         }

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """The cells of a step of a run as a packing: deformed membranes, rigid fits, the exact test."""
+import copy
+import pickle
 import re
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -12,6 +15,7 @@ import packmesh
 import packmesh._packmesh
 from conftest import SOURCE
 from packmesh.membrane_measures import shapes_of
+from packmesh.packing_file import PackingFile
 from write_run import Writer, sphere
 
 RADIUS, LENGTH, MIDDLE = 9, 30, np.array([14.75, 9.75, 9.75])  # of the tube [µm]
@@ -69,12 +73,103 @@ def test_export_command(step, case):
         return done.stdout + done.stderr
 
     text = export("output", "--case", "config.xml", "--format", "stl", "--format", "csv", "--folder", "exported")
-    assert "Wrote exported/cells.stl" in text and "they may overlap" in text
+    assert "Wrote exported/cells.stl" in text and "Warning" not in text
     step.packing().write_pos(case / "other", export=["stl"])
     assert (case / "exported/cells.stl").read_bytes() == (case / "other/cells.stl").read_bytes()
     assert "\n1,RBC," in (case / "exported/cells.csv").read_text()
+    step.packing().save(case / "run.h5")
+    assert "Warning" not in export("run.h5", "--format", "csv", "--folder", "exported")
+    with h5py.File(case / "run.h5", "r+") as file:  # a state of a packing
+        file["command"].attrs["0"] = "packMesh"
+    text = export("run.h5", "--format", "csv", "--folder", "exported")
+    assert "(Warning) run.h5: its cells are not those of a finished packing: they may overlap" in text
     assert "there is no step of iteration 7" in export("output", "--step", 7, "--format", "stl", code=2)
     assert "--step and --case are for the output folder of a run" in export("a.h5", "--step", 7, "--format", "stl", code=2)
+
+
+def test_pickle(step):
+    """Copies are the same object; an unpickled one is equal, and finds its files."""
+    packing = step.packing()
+    assert copy.copy(packing) is packing and copy.deepcopy([packing])[0] is packing
+    for one in (packing, packmesh.hemocell_output(step.run.folder)[0].packing()):
+        found = pickle.loads(pickle.dumps(one))
+        assert type(found) is packmesh.DeformedPacking and found.counts == one.counts
+        for name in ("RBC", "PLT"):
+            np.testing.assert_array_equal(found.vertices(name), one.vertices(name))
+            np.testing.assert_array_equal(found.pos_lines(name), one.pos_lines(name))
+        assert found.check() == one.check()
+    assert pickle.loads(pickle.dumps(packing)).hematocrit == packing.hematocrit
+
+
+def test_other_case(step, case, caplog):
+    """A case of another lattice is refused; without a fluid, cells out of its lumen are a warning."""
+    config = case / "config.xml"
+    text = config.read_text()
+    config.write_text(text.replace("<Nz> 40", "<Nz> 44"))
+    with pytest.raises(packmesh.InputError, match="config.xml: its lattice has 60 x 40 x 44 nodes, that of the run .*output 60 x 40 x 40"):
+        step.packing()
+    config.write_text(text.replace("5e-7", "6e-7"))
+    with pytest.raises(packmesh.InputError, match="config.xml: its dx is 0.6 µm, that of the run .*output 0.5 µm; expected the case of the run"):
+        step.packing()
+    config.write_text(text.replace('radius="9"', 'radius="3"'))
+    step.packing()
+    assert not caplog.messages  # check() tells
+    for path in case.glob("output/hdf5/*/Fluid*"):
+        path.unlink()
+    packmesh.hemocell_output(case / "output", config=case)[0].packing()
+    assert len(caplog.messages) == 1 and re.search(r"\d of 5 cells RBC reach up to [\d.]+ µm out of the lumen of .*config.xml", caplog.messages[0])
+
+
+def test_state_without_a_case(step, case, caplog):
+    """The lumen in it is a guess, which is told; not for what does not use it."""
+    packing = packmesh.hemocell_output(case / "output")[0].packing()
+    packing.check()
+    packing.write_pos(case / "pos")
+    assert not caplog.messages
+    packing.save(case / "state.h5")
+    assert caplog.messages == [f"{step.folder}: without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm, "
+                               "periodic along x, y and z"]
+    lumen = PackingFile(str(case / "state.h5")).require_lumen()
+    np.testing.assert_allclose(lumen.period, (30, 20, 20), atol=1e-6)
+    np.testing.assert_allclose(lumen.low, -0.25, atol=1e-6)
+    step.packing().save(case / "state.h5")
+    assert len(caplog.messages) == 1
+
+
+def test_state_of_a_known_period(case, caplog):
+    """Along axes of unknown extent the box is around the cells; it is not periodic if nothing is known."""
+    _, red = placed("RBC", 5, 1)
+    Writer(case / "output", fluid=False).write(0, {"RBC": (red, template("RBC")[1], np.arange(5))})
+    packmesh.hemocell_output(case / "output", period=(30, 0, 0))[0].packing().save(case / "state.h5")
+    lumen = PackingFile(str(case / "state.h5")).require_lumen()
+    size = np.ptp(red.reshape(-1, 3), axis=0) + 2
+    np.testing.assert_allclose(lumen.high - lumen.low, [30, size[1], size[2]], atol=1e-4)
+    assert f"a box of 30 x {size[1]:.4g} x {size[2]:.4g} µm, periodic along x, y and z" in caplog.messages[0]
+    red += MIDDLE - red.mean(axis=1)[:, None]
+    Writer(case / "other", fluid=False).write(0, {"RBC": (red[:1], template("RBC")[1], np.arange(1))})
+    packmesh.hemocell_output(case / "other")[0].packing().save(case / "state.h5")
+    assert not PackingFile(str(case / "state.h5")).require_lumen().period.any()
+    assert caplog.messages[1].endswith("the lumen is taken to be a box around the cells, not periodic")
+
+
+def test_state_of_the_last_step(step, case):
+    """--skip-damaged takes the last one that can be read."""
+    writer = Writer(case / "output", all_cells=9)
+    writer.write(2000, {name: (step.vertices(name), template(name)[1], step.ids(name)) for name in ("RBC", "PLT")})
+    path = writer.path(2000, "PLT", 2)
+    path.write_bytes(path.read_bytes()[:3000])
+
+    def run(*words, code=0):
+        done = subprocess.run([sys.executable, "-m", "packmesh", "run", "output", "--state", "a.h5", *words], capture_output=True, text=True, cwd=case,
+                              check=False)
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    assert "PLT.000000002000.p.2.h5: cannot be read" in run("--case", ".", code=2) and not (case / "a.h5").exists()
+    text = run("--case", ".", "--skip-damaged")
+    assert "(Warning) iteration 2000 is left out: " in text and "Wrote a.h5: 5 RBC, 4 PLT of iteration 1000" in text
+    assert "(Warning) output/hdf5/000000001000: without the case (config, --case) the lumen is taken to be a box" in run("--skip-damaged")
+    assert "(Error) output: no step can be read" in run("--skip-damaged", "--from", "2000", code=2)
 
 
 def test_check_of_packing(case):

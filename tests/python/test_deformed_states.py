@@ -234,22 +234,35 @@ def test_blood(state, program):
     case, packing = state
     words = ["--ends", "periodic", "--blood", case / "flowing.h5", "--output-dir", "."]
     longer, text = program("--cylinder", "x", 9, 60, *words, folder="longer")
-    assert "RBC: 18 cells of" in text and "PLT: 4 cells of" in text and "Certificate: clean" in text
+    assert "RBC: 18 repeated cells of" in text and "PLT: 4 repeated cells of" in text and "Certificate: clean" in text
     found = vertices_of(longer / "state.h5", "RBC")
     first = found[0] - found[0].mean(axis=0)
     assert min(np.abs(first - (one - one.mean(axis=0))).max() for one in packing.vertices("RBC")) < 1e-9
     dense, text = program("--cylinder", "x", 9, 60, *words, "--hematocrit", 0.25, folder="dense")
-    added = int(re.search(r"RBC: 18 cells of .*, (\d+) more with its meshes, 0 with the template", text).group(1))
+    added = int(re.search(r"RBC: 18 repeated cells of .*, (\d+) more with its meshes, 0 with the template", text).group(1))
     assert added > 10 and len(vertices_of(dense / "state.h5", "RBC")) == 18 + added
+    assert len(vertices_of(dense / "state.h5", "PLT")) == round((18 + added) * 4 / 18)  # as many per red cell as in the piece
     assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start", dense / "state.h5")[1]
     # A pipe of 1.9 periods: both pieces are there, nearer to each other; cells that overlap then come back first.
     _, text = program("--cylinder", "x", 9, 57, *words, "--rbc", 18, "--plt", 4, folder="shorter")
-    assert re.search(r"RBC: 18 cells of .*, 0 more with its meshes, 0 with the template", text) and "Certificate: clean" in text
+    assert re.search(r"RBC: 18 repeated cells of .*, 0 more with its meshes, 0 with the template", text) and "Certificate: clean" in text
     # Another axis, a wider pipe: the cells are turned with it.
     _, text = program("--cylinder", "z", 14, 45, *words, "--hematocrit", 0.2, folder="wider")
     assert "Certificate: clean" in text
+    # One too narrow for red cells.
+    _, text = program("--cylinder", "x", 2.5, 30, *words, folder="narrow", code=2)
+    assert "none of its 9 cells 'RBC' fits the lumen" in text and "nothing to pack" in text
     folder, text = program("--cylinder", "x", 9, 30, "--ends", "periodic", "--blood", case / "output", folder="folder", code=2)
     assert "packmesh run" in text and "--state blood.h5" in text
+
+
+def test_no_command(state, program):
+    """The state of a run is no packing."""
+    case, _ = state
+    _, text = program("--restart", case / "flowing.h5", folder="continued", code=2)
+    assert "has the cells of a simulation" in text and "--blood" in text
+    with pytest.raises(packmesh.InputError, match="has the cells of a simulation"):
+        packmesh.load(case / "flowing.h5")
 
 
 def test_refusals(state, program):
@@ -261,7 +274,8 @@ def test_refusals(state, program):
         assert "'RBC' have meshes of their own whose triangles are not those of the template" in text and "flowing.h5" in text
     _, text = program(60, 60, 60, "--blood", case / "no.h5", folder="other", code=2)
     assert "no.h5: no such file" in text
-    with pytest.raises(packmesh.InputError, match="blood: expected a state file, the output folder of a run, or a step"):
+    with pytest.raises(packmesh.InputError, match="blood: expected a state file, the output folder of a run, a run or a step of one, or a packing "
+                       "with deformed cells, found 3"):
         packmesh.pack(box=(60, 60, 60), blood=3)
 
 
@@ -272,3 +286,39 @@ def test_blood_of_a_run_in_python(state):
     of_state = packmesh.pack(blood=case / "flowing.h5", **options)
     assert of_folder.counts == of_state.counts == {"RBC": 18, "PLT": 4}
     np.testing.assert_allclose(of_folder.vertices("RBC"), of_state.vertices("RBC"), rtol=0, atol=1e-6)
+    of_run = packmesh.pack(blood=packmesh.hemocell_output(case / "output", config=case), **options)
+    np.testing.assert_array_equal(of_run.vertices("RBC"), of_folder.vertices("RBC"))
+
+
+def test_runs_are_their_last_steps(state, caplog):
+    case, cells = state
+    run = packmesh.hemocell_output(case / "output")
+    fixed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=run)
+    assert fixed.counts == cells.counts
+    np.testing.assert_allclose(fixed.vertices("RBC"), cells.vertices("RBC"), rtol=0, atol=1e-9)
+    assert not [text for text in caplog.messages if "without the case" in text]  # the lumen is that of the packing
+    with pytest.raises(packmesh.InputError, match="start: expected files, .* a Packing, a run or a step of one, found a list with 3"):
+        packmesh.pack(case=case / "config.xml", start=[3])
+    caplog.clear()
+    packmesh.pack(blood=run, cylinder=("x", 9, 60), ends="periodic")
+    assert sum("without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text for text in caplog.messages) == 1
+
+
+def test_pos_files_of_deformed_cells(state, caplog):
+    """They do not exist: an error if nothing else is written, otherwise a warning."""
+    case, _ = state
+    step = packmesh.hemocell_output(case / "output", config=case)[-1]
+    packed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=step, hematocrit=0.2)
+    told = "cannot have cells with meshes of their own; save() writes a state that has them"
+    with pytest.raises(packmesh.InputError) as error:
+        packed.write_pos(case / "none")
+    assert str(error.value) == f"write_pos: RBC.pos and PLT.pos are not written: they {told}"
+    caplog.clear()
+    assert [path.name for path in packed.write_pos(case / "exports", export=["stl"])] == ["cells.stl"]
+    assert f"RBC.pos and PLT.pos are not written: they {told}" in caplog.messages
+    red = {"RBC": (step.vertices("RBC"), step.triangles("RBC"), np.arange(9))}
+    Writer(case / "red/output", all_cells=9).write(0, red)
+    packed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=packmesh.hemocell_output(case / "red/output"), species={"PLT": 4})
+    caplog.clear()
+    assert [path.name for path in packed.write_pos(case / "some")] == ["PLT.pos"] and f"RBC.pos is not written: it {told}" in caplog.messages
+    assert len(packmesh.read_pos(case / "some/PLT.pos")) == 4

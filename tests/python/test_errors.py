@@ -44,6 +44,7 @@ def test_text(name, program, tmp_path, monkeypatch):
 
 BOX = dict(box=(20, 20, 20))
 CELLS = dict(BOX, hematocrit=0.2)
+PROFILED = dict(cylinder=("x", 8, 20), hematocrit=0.2)
 #: What is told, with the names of Python's arguments, and for which ones.
 WORDED = {
     "hematocrit: expected a number in (0, 1) [fraction], found '2'": dict(BOX, hematocrit=2),
@@ -63,12 +64,24 @@ WORDED = {
     "max_time: expected a number in (0, 1000000000] [s], found '-1'": dict(CELLS, max_time=-1),
     "cell 'RBC' has an axis, but rotate=False (<rotate> false) keeps every orientation at 0 0 0":
         dict(CELLS, species={"RBC": Species(axis=(1, 0, 0))}, rotate=False),
+    "also_dx: expected a list of lattice spacings [µm], found 'nonsense'": dict(CELLS, also_dx="nonsense"),
+    "also_dx: expected a list of lattice spacings [µm], found 0.25": dict(CELLS, also_dx=0.25),
+    "also_dx: expected a list of lattice spacings [µm], found [None]": dict(CELLS, also_dx=[None]),
+    "profile: expected 'distance' (from the wall, in µm) or 'fraction' (of the largest distance), then names of cells; found 'RBC'":
+        dict(PROFILED, profile={"RBC": [0]}),
+    "profile: row 2: expected a number in [0, 1e+06], found '-2.0'": dict(PROFILED, profile={"distance": [0, 1], "RBC": [1, -2]}),
+    "profile: row 3: the distances must increase; found 1.0 after 1": dict(PROFILED, profile={"distance": [0, 1, 1], "RBC": [1, 2, 1]}, state="a.h5"),
+    "profile: the column 'RBC' has no value above 0: where are these cells to be?": dict(PROFILED, profile={"distance": [0, 1], "RBC": [0, 0]}),
+    "profile: expected columns of numbers, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}": dict(PROFILED, profile={"distance": ["a"], "RBC": [1]}),
+    "profile: expected columns of equal length, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}": dict(PROFILED, profile={"distance": [0, 1], "RBC": [1]}),
+    "profile: expected a file, \"developed\" or columns such as {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}, found 3": dict(PROFILED, profile=3),
     "vessel: ./-none.stl: no such file": dict(vessel="-none.stl", hematocrit=0.2),  # no option
 }
 
 
 @pytest.mark.parametrize("text", WORDED)
-def test_names_of_arguments(text):
+def test_names_of_arguments(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(packmesh.InputError) as raised:
         packmesh.pack(**WORDED[text])
     assert str(raised.value) == text

@@ -210,6 +210,85 @@ def test_no_cells(tmp_path):
     assert step.counts == {"RBC": 40, "PLT": 0} and step.vertices("PLT").shape[0] == 0
 
 
+@pytest.mark.parametrize("csv", (False, True))
+def test_missing_type(tmp_path, csv, caplog):
+    """Cells can vanish, files of their type cannot: another step has them, or a table lists cells."""
+    writer = Writer(tmp_path, csv=csv)
+    for iteration in (0, 1000, 2000, 3000):
+        writer.write(iteration, {**TYPES, "RBC": (RED[:0], TRIANGLES, np.arange(0))} if iteration == 3000 else TYPES)
+    writer.csv = False
+    for iteration in (0, 1000, 2000, 3000):
+        writer.write(iteration, {"RBC": (RED[:0], TRIANGLES, np.arange(0))}, suffix="_PRE")
+    assert packmesh.hemocell_output(tmp_path)[-1].counts == {"RBC": 0, "PLT": 15}
+    for iteration, name in ((1000, "PLT"), (2000, "PLT"), (3000, "RBC_PRE")):
+        for block in range(4):
+            writer.path(iteration, name, block).unlink()
+    run = packmesh.hemocell_output(tmp_path)
+    for iteration, name in ((1000, "PLT"), (2000, "PLT"), (3000, "RBC_PRE")):
+        with pytest.raises(packmesh.InputError) as error:
+            run.at(iteration)
+        assert str(error.value) == f"{writer.path(iteration, name, 0)}: is missing, as iteration 0 has such a file"
+    assert run[0].counts == {"RBC": 40, "PLT": 15} and not caplog.messages
+
+
+def test_missing_type_of_a_table(tmp_path, caplog):
+    """In a run of one step the table alone tells; if no step has the type, the case does not write it."""
+    writer = written(tmp_path, csv=True)
+    for block in range(4):
+        writer.path(1000, "PLT", block).unlink()
+    with pytest.raises(packmesh.InputError) as error:
+        packmesh.hemocell_output(tmp_path)[0]
+    assert str(error.value).startswith(f"{writer.path(1000, 'PLT', 0)}: is missing, as {tmp_path}/csv/PLT.000000001000.csv lists 15 cells; ")
+    writer.write(2000, TYPES)
+    for block in range(4):
+        writer.path(2000, "PLT", block).unlink()
+    run = packmesh.hemocell_output(tmp_path)
+    assert [step.counts for step in run] == [{"RBC": 40}] * 2
+    assert len(caplog.messages) == 1 and "PLT.000000001000.csv: lists 15 cells, but no step has files such as" in caplog.messages[0]
+    writer.write(0, {**TYPES, "PLT": (PLATELETS[:0], TRIANGLES, np.arange(0))})
+    for block in range(4):
+        writer.path(0, "PLT", block).unlink()
+    for iteration in (1000, 2000):
+        shutil.rmtree(writer.path(iteration, "RBC", 0).parent)
+    assert packmesh.hemocell_output(tmp_path)[0].counts == {"RBC": 40}  # the table lists none
+
+
+def test_missing_fluid(tmp_path, caplog):
+    """The extent of the fluid is that of another step, with a warning."""
+    writer = written(tmp_path)
+    for iteration in (2000, 3000):
+        writer.write(iteration, TYPES)
+        for block in range(4):
+            writer.path(iteration, "Fluid", block).unlink()
+    for step in packmesh.hemocell_output(tmp_path):
+        np.testing.assert_allclose(step.period, (30, 20, 20), atol=1e-6)
+        assert step.counts == {"RBC": 40, "PLT": 15}
+    assert caplog.messages == [f"{writer.path(2000, 'Fluid', 0)}: is missing, as iteration 1000 has such a file: the extent of the fluid is that "
+                               "of iteration 1000, also in other such steps"]
+
+
+def test_stated_period(tmp_path):
+    """It must not contradict the fluid."""
+    written(tmp_path)
+    for period in ((30, 0, 0), (30.1, 20, 0)):
+        step = packmesh.hemocell_output(tmp_path, period=period)[0]
+        assert step.counts == {"RBC": 40, "PLT": 15} and step.period == pytest.approx([30, 20 if period[1] else 0, 0])
+    with pytest.raises(packmesh.InputError, match="^period: expected 30 µm along x, the extent of the fluid in .*000000001000, found 20$"):
+        packmesh.hemocell_output(tmp_path, period=(20, 0, 0))[0].vertices("RBC")
+
+
+def test_short_table(tmp_path, caplog):
+    """A table with fewer cells than the files has no ids for all: a warning, once."""
+    writer = Writer(tmp_path, csv=True)
+    for iteration in (1000, 2000):
+        writer.write(iteration, TYPES)
+        table = tmp_path / f"csv/RBC.00000000{iteration}.csv"
+        table.write_text("".join(table.read_text().splitlines(True)[:-2]))
+    for step in packmesh.hemocell_output(tmp_path):
+        np.testing.assert_array_equal(step.ids("RBC"), np.arange(40))
+    assert caplog.messages == [f"{tmp_path}/csv/RBC.000000001000.csv: lists 38 cells, the files of the step have 40: its ids are not used"]
+
+
 def damaged(folder, damage, name="RBC", block=1, **options):
     """The message about a step of which one file is damaged."""
     writer = written(folder, **options)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import packmesh
+from packmesh.joined_cells import Domain
 from packmesh.membrane_measures import shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import RunLumen
 from packmesh.run_measures import RunAnalysis
@@ -126,7 +127,7 @@ def test_lumen_of_vessels(pipe, tmp_path):
     """That of HemoCell's pipe is periodic; behind a pre-inlet it is the vessel, not the inlet."""
     lumen = RunLumen(str(pipe / "config.xml"))
     np.testing.assert_allclose(lumen.period, (51.5, 0, 0))
-    assert lumen.volume == pytest.approx(np.pi * 12.5 ** 2 * 50, rel=0.01) and lumen.flow_axis == 0
+    assert lumen.volume == pytest.approx(np.pi * 12.5 ** 2 * 51.5, rel=0.01) and lumen.flow_axis == 0
     np.testing.assert_allclose(lumen.distances(np.array([[25, 13, 18], [0.1, 13, 8], [51.0, 13, 20.5]])), [7.5, 7.5, 5], atol=0.1)
     folder = shutil.copytree(SOURCE / "examples/pre_inlet", tmp_path / "inlet")
     subprocess.run([sys.executable, "-m", "packmesh", "make-vessel", "stenosis", "vessel.stl", "--radius", "12", "--length", "80"],
@@ -268,9 +269,140 @@ def test_steps_and_damage(case):
     assert "(Error) out/hdf5/000000000200/RBC.000000000200.p.1.h5: cannot be read, is it complete?" in text and not (case / "out/run.html").exists()
     text = run_command("out", "--skip-damaged", "--no-overlaps", cwd=case)
     assert "(Warning) iteration 200 is left out: out/hdf5" in text and len(re.findall(r"^\(packMesh\) +\d00 ", text, re.M)) == 3
+    for words, told in (("--every 0", "argument --every: expected 1 or more steps, found '0'"), ("--every x", "found 'x'"),
+                        ("--near-wall -3", "argument --near-wall: expected a distance [µm], found '-3'"), ("--near-wall nan", "found 'nan'"),
+                        ("--state a.h5 --csv b", "expected neither --csv nor --page"), ("--state a.h5 --page b", "expected neither --csv nor --page")):
+        assert told in run_command("out", *words.split(), cwd=case, code=2)
     assert "(Error) none: has no folder hdf5" in run_command("none", cwd=case, code=2)
     shutil.rmtree(case / "out/hdf5/000000000200")
     assert "config.xml" in run_command("out", "--case", "none/config.xml", cwd=case, code=2)
+
+
+def test_missing_type(case):
+    """Not all cells are lost: a file is missing."""
+    writer = Writer(case / "out", csv=True)
+    for iteration in (0, 100, 200):
+        writer.write(iteration, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72)), "PLT": (ring(3, 0.4)[:5], TRIANGLES, 72 + np.arange(5))})
+    for block in range(4):
+        writer.path(0, "RBC", block).unlink()
+    told = "out/hdf5/000000000000/RBC.000000000000.p.0.h5: is missing, as iteration 100 has such a file"
+    assert f"(Error) {told}" in run_command("out", "--case", ".", "--no-page", cwd=case, code=2)
+    text = run_command("out", "--case", ".", "--no-page", "--skip-damaged", cwd=case)
+    assert f"(Warning) iteration 0 is left out: {told}" in text and re.search(r"^\(packMesh\) +100 +0.010 +72 +5 +0 ", text, re.M)
+
+
+def write_case(folder, container='<cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/>', dx="5e-7", nodes=(60, 40, 40)):
+    n = "".join(f"<N{axis}>{count}</N{axis}>" for axis, count in zip("xyz", nodes))
+    (folder / "config.xml").write_text(f"<hemocell><domain><dx>{dx}</dx>{n}</domain><packing><container>{container}</container></packing></hemocell>")
+    return str(folder / "config.xml")
+
+
+@pytest.mark.parametrize("change, told", [
+    ({"dx": "1e-6", "nodes": (30, 20, 20)}, "its dx is 1 µm, that of the run out 0.5 µm"),
+    ({"nodes": (60, 44, 40)}, "its lattice has 60 x 44 x 40 nodes, that of the run out 60 x 40 x 40"),
+    ({"nodes": (70, 40, 40)}, "its lattice has 70 x 40 x 40 nodes, that of the run out 60 x 40 x 40"),
+    ({"container": '<cylinder axis="x" radius="12" length="30" center="14.75 12.75 12.75"/>', "nodes": (60, 52, 52)},
+     "its lattice has 60 x 52 x 52 nodes"),
+    ({"container": '<nodes>60 44 40</nodes><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/>'},
+     "its lattice has 60 x 44 x 40 nodes"),
+])
+def test_other_case(case, change, told):
+    """A case whose lattice is another one is refused, also with --skip-damaged."""
+    writer = Writer(case / "out")
+    for iteration in (0, 100):
+        writer.write(iteration, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
+    write_case(case)
+    RunLumen(str(case / "config.xml")).require_run(packmesh.hemocell_output(case / "out")[0])
+    write_case(case, **change)
+    for words in ((), ("--skip-damaged",), ("--state", "a.h5", "--skip-damaged")):
+        text = run_command("out", "--case", ".", *words, cwd=case, code=2)
+        assert f"(Error) ./config.xml: {told}" in text and "expected the case of the run" in text and "left out" not in text
+    assert not (case / "out/run.html").exists() and not (case / "a.h5").exists()
+
+
+class OtherStep:
+    """A step of a run with a fluid of so many nodes."""
+
+    class run:
+        folder = "out"
+
+    def __init__(self, nodes, dx):
+        self.dx, self.fluid = dx, Domain(np.full(3, -0.5 * dx), (np.array(nodes) - 0.5) * dx)
+
+
+def test_other_vessel(pipe, tmp_path):
+    """The nodes of a vessel follow from its STL, as the library counts them."""
+    folder = shutil.copytree(SOURCE / "examples/pre_inlet", tmp_path / "inlet")
+    config = folder / "config.xml"
+    config.write_text(re.sub("<preInlet>.*?</preInlet>", "", config.read_text(), flags=re.S))
+    cases = [pipe]
+    for shape in ("stenosis", "bifurcation", "bend"):
+        subprocess.run([sys.executable, "-m", "packmesh", "make-vessel", shape, "vessel.stl", "--radius", "12", "--length", "80"],
+                       cwd=folder, check=True, capture_output=True)
+        cases.append(shutil.copytree(folder, tmp_path / shape))
+    for one in cases:
+        config = one / "config.xml"
+        config.write_text(re.sub("<packing>.*</packing>", "", config.read_text(), flags=re.S))
+        nodes = np.array(packmesh.pack(case=config, species={"RBC": 1}).report()["lumen"]["lattice"]["nodes"])
+        lumen = RunLumen(str(config))
+        lumen.require_run(OtherStep(nodes, 0.5))
+        for k in range(3):
+            for change in (-1, 1):
+                with pytest.raises(packmesh.InputError, match=rf"config.xml: its lumen reaches from {'xyz'[k]} = .* the nodes of the run out from"):
+                    lumen.require_run(OtherStep(nodes + change * np.eye(3, dtype=int)[k], 0.5))
+        # Sparse blocks: planes of solid nodes at the high ends need not be there.
+        config.write_text(config.read_text().replace("<dx>", "<blockSize> 16 </blockSize> <dx>"))
+        RunLumen(str(config)).require_run(OtherStep(nodes - 1, 0.5))
+
+
+@pytest.mark.parametrize("length", (20, 32))
+def test_container_of_another_length(case, length):
+    """Without numbers of nodes the lumen tells the lattice."""
+    Writer(case / "out").write(0, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
+    config = case / "config.xml"
+    config.write_text("<hemocell><domain><dx>5e-7</dx><geometry>none.stl</geometry><refDir>0</refDir><refDirN>60</refDirN></domain><packing>"
+                      f'<container><cylinder axis="x" radius="9" length="{length}" center="15 9.75 9.75"/></container></packing></hemocell>')
+    assert "its lumen reaches from x = " in run_command("out", "--case", ".", cwd=case, code=2)
+
+
+def test_cells_out_of_the_lumen(case):
+    """Where the fluid tells nothing, cells do."""
+    Writer(case / "out", fluid=False).write(0, {"RBC": (ring(8.9, 1.2), TRIANGLES, np.arange(72))})
+    assert "out of the lumen" not in run_command("out", "--case", ".", "--no-page", cwd=case)
+    write_case(case, '<cylinder axis="x" radius="7.5" length="30" center="14.75 9.75 9.75"/>')
+    assert "(Warning) out/hdf5/000000000000: 72 of 72 cells RBC reach up to 1.4 µm out of the lumen of ./config.xml" in run_command(
+        "out", "--case", ".", "--no-page", cwd=case)
+    write_case(case, '<cylinder axis="x" radius="9" length="20" center="9.75 9.75 9.75"/>', nodes=(40, 40, 40))
+    cells = ring(8.9, 1.2)
+    cells[48:] = cells[48:].mean(axis=1)[:, None] + 0.9 * (cells[48:] - cells[48:].mean(axis=1)[:, None])  # no images of others
+    Writer(case / "out", fluid=False).write(0, {"RBC": (cells, TRIANGLES, np.arange(72))})
+    assert re.search(r"24 of 72 cells RBC reach up to 7.5 µm out of the lumen", run_command("out", "--case", ".", "--no-page", cwd=case))
+
+
+def test_step_of_another_run(case):
+    """A step with another lattice is no step of the run, also without a case."""
+    cells = {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))}
+    for iteration in (0, 100, 300):
+        Writer(case / "out").write(iteration, cells)
+    Writer(case / "out", nodes=(64, 40, 40)).write(200, cells)
+    told = "out/hdf5/000000000200: has another lattice than iteration 0; are both of the same run?"
+    assert f"(Error) {told}" in run_command("out", "--no-page", cwd=case, code=2)
+    text = run_command("out", "--no-page", "--skip-damaged", cwd=case)
+    assert f"iteration 200 is left out: {told}" in text and re.search(r"^\(packMesh\) +300 .* 72 +0 ", text, re.M)
+
+
+def test_inclination(case):
+    """Of cells whose longer axes are equal the longest has no direction: they are left out."""
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    inclined = VERTICES * (2, 1, 1) @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]).T
+    at_rest, nearly = VERTICES * (0.5, 2, 2), VERTICES * (0.5, 2.03, 2)
+    places = np.array([[3, 9.75, 9.75], [10, 9.75, 9.75], [17, 9.75, 9.75], [24, 9.75, 9.75]])[:, None]
+    writer = Writer(case / "out")
+    writer.write(0, {"RBC": (np.array([inclined, at_rest, nearly, inclined]) + places, TRIANGLES, np.arange(4))})
+    writer.write(100, {"RBC": (np.array([at_rest, at_rest, nearly, at_rest]) + places, TRIANGLES, np.arange(4))})
+    run, analysis = packmesh.hemocell_output(case / "out"), RunAnalysis(RunLumen(str(case / "config.xml")), overlaps=False)
+    first, second = (analysis.analyse(step)["species"]["RBC"] for step in run)
+    assert first["inclination"] == pytest.approx(30, abs=1e-3) and second["inclination"] is None
 
 
 def test_without_the_module(case):

@@ -130,7 +130,7 @@ TEST_CASE("Every error in config.xml is reported with its position", "[case]") {
            {configXml("<dx> nan </dx>"), "found 'nan'"},
            {configXml("<dx>5e-7</dx><dx>5e-7</dx>"), "this tag occurs twice"},
            {configXml("<dx>5e-7</dx>"), "the lattice is unknown"},
-           {configXml("<dx>5e-7</dx><geometry/>" + rest), "<geometry>: expected some text, found nothing"},
+           {configXml("<dx>5e-7</dx><geometry/>" + rest), "<geometry>: expected a file, found nothing"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir>"), "has no <refDirN>"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>3</refDir>"),
             "<refDir>: expected a whole number in [0, 2]"},

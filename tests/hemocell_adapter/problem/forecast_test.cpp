@@ -51,6 +51,18 @@ TEST_CASE("A periodic box is as difficult as its fraction, and walls and clearan
   }
 }
 
+TEST_CASE("With a profile its densest shell decides how difficult a packing is", "[forecast]") {
+  const std::vector<std::string> words = {"--cylinder",   "x",    "8",           "31.5", "--ends", "periodic",
+                                          "--hematocrit", "0.45", "--plt_ratio", "0.25"};
+  std::vector<std::string> developed = words;
+  developed.insert(developed.end(), {"--profile", "developed"});
+  const Forecast without = forecast(words), with = forecast(developed);
+  CHECK(without.effectiveFraction < Forecast::easy);
+  CHECK(with.effectiveFraction > Forecast::easy);  // 35 red cells beside a layer of 1.1 µm
+  CHECK(with.effectiveFraction <= Forecast::possible);
+  CHECK(*with.seconds > *without.seconds);
+}
+
 TEST_CASE("The forecast time increases with the number of cells", "[forecast]") {
   const Forecast small = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4"});
   const Forecast large = forecast({"400", "400", "400", "--ends", "periodic", "--hematocrit", "0.4"});

@@ -167,7 +167,7 @@ TEST_CASE("No two settings share a name", "[command_line]") {
       }
     }
     CHECK((!setting.option.empty() || !setting.tag.empty()));
-    CHECK((!setting.flag || (setting.values.size() == 1 && setting.values[0].kind == Kind::boolean)));
+    CHECK((!setting.values.empty() && (!setting.isFlag() || setting.values.size() == 1)));
     // The values of a tag that has several are words between blanks.
     for (const ValueSpec& value : setting.values)
       CHECK((setting.tag.empty() || setting.values.size() == 1 || value.kind == Kind::axis ||

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <random>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/parallel/periodic_images.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -29,10 +29,7 @@ std::vector<PlacedCell> scattered(int count, const Box& box) {
 }
 
 double distance(const Vec3& a, const Vec3& b, const Vec3& period) {
-  Vec3 d = a - b;
-  for (int k = 0; k < 3; ++k)
-    if (period[k] > 0.0) d[k] -= period[k] * std::round(d[k] / period[k]);
-  return d.norm();
+  return nearestImage(a - b, period).norm();
 }
 
 }  // namespace

@@ -61,7 +61,8 @@ TEST_CASE("A vessel made of a tube equals a cylinder", "[container]") {
       REQUIRE(vessel->period().isApprox(cylinder->period()));
       REQUIRE(vessel->bounds().lo.isApprox(cylinder->bounds().lo, 1e-3));
       REQUIRE(vessel->bounds().hi.isApprox(cylinder->bounds().hi, 1e-3));
-      REQUIRE(vessel->volume() == Approx(M_PI * 25.0 * 20.0).epsilon(1e-3));
+      REQUIRE(vessel->volume() ==
+              Approx(M_PI * 25.0 * (periodic ? 20.0 + 2.0 * beyond : 20.0)).epsilon(1e-3));
       std::mt19937 random(4);
       std::uniform_real_distribution<double> x(-6.0, 26.0), y(-6.0, 6.0);
       for (int n = 0; n < 3000; ++n) {

@@ -32,16 +32,29 @@ std::array<Vec3, 4> cornersOf(const Tetrahedra& t, int index) {
   return {t.corner(index, 0), t.corner(index, 1), t.corner(index, 2), t.corner(index, 3)};
 }
 
+/// -1 for the corners on a face's second side, 1 for those on its first, 0 for others; times the face's
+/// normal points away from the corner.
+int signOf(const ChordalFace& face, int k) {
+  return (face.first >> k & 1) - (face.second >> k & 1);
+}
+
+/// Whether x is behind all faces of a single tetrahedron that constrain its corner k.
+bool isBehind(const ChordalFaces& split, int k, const Vec3& x) {
+  return std::all_of(split.faces.begin(), split.faces.end(), [&](const ChordalFace& face) {
+    return signOf(face, k) * face.normal.dot(x - face.point) <= 0.0;
+  });
+}
+
 /// The segment of a corner: the tetrahedron behind all planes that the corner has to stay behind.
 ConvexBody segment(const Tetrahedra& t, const ChordalFaces& split, int tetrahedron, int k) {
   ConvexBody body = ConvexBody::tetrahedron(cornersOf(t, tetrahedron));
-  const int p = t.tetrahedra[tetrahedron][k];
   Vec3 last = Vec3::Constant(std::nan(""));
-  for (int u = split.firstUse[p]; u < split.firstUse[p + 1]; ++u) {
-    const ChordalFace& face = split.faces[split.uses[u].face()];
-    if (face.tetrahedron != tetrahedron || face.point == last) continue;  // pairs have a common plane
-    body.cut(face.point, split.uses[u].sign() * face.normal);
-    last = face.point;
+  auto face = std::lower_bound(split.faces.begin(), split.faces.end(), tetrahedron,
+                               [](const ChordalFace& f, int index) { return f.tetrahedron < index; });
+  for (; face != split.faces.end() && face->tetrahedron == tetrahedron; ++face) {
+    if (signOf(*face, k) == 0 || face->point == last) continue;  // pairs have a common plane
+    body.cut(face->point, signOf(*face, k) * face->normal);
+    last = face->point;
   }
   return body;
 }
@@ -110,23 +123,16 @@ TEST_CASE("The four cases have 1, 1, 3 and 12 faces", "[cat]") {
     splitChordally(t, WallFaces::midGap, split);
     CHECK(static_cast<int>(split.faces.size()) == faces);
     CHECK(split.tetrahedra[static_cast<int>(kind)] == (faces > 0));
-    // Every face is known to all corners on both of its sides, and to no other.
-    std::vector<int> users(split.faces.size(), 0);
-    for (int p = 0; p < 4; ++p)
-      for (int u = split.firstUse[p]; u < split.firstUse[p + 1]; ++u) {
-        const FaceUse use = split.uses[u];
-        const ChordalFace& face = split.faces[use.face()];
-        int k = 0;
-        while (t.tetrahedra[0][k] != p) ++k;
-        const int side = use.sign() > 0.0 ? face.first : face.second;
-        CHECK((side >> k & 1) == 1);
-        ++users[use.face()];
-      }
-    for (std::size_t f = 0; f < split.faces.size(); ++f) {
-      int corners = 0;
-      for (int k = 0; k < 4; ++k) corners += (split.faces[f].first | split.faces[f].second) >> k & 1;
-      CHECK((split.faces[f].first & split.faces[f].second) == 0);
-      CHECK(users[f] == corners);
+    // Every face has corners on both of its sides, all corners of one label on the same.
+    for (const ChordalFace& face : split.faces) {
+      CHECK(face.tetrahedron == 0);
+      CHECK(face.first != 0);
+      CHECK(face.second != 0);
+      CHECK((face.first & face.second) == 0);
+      for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < k; ++j)
+          if (labels[t.tetrahedra[0][j]] == labels[t.tetrahedra[0][k]])
+            CHECK(signOf(face, j) == signOf(face, k));
     }
   }
   CHECK(seen[ChordalCase::threeOne] == 48);
@@ -198,14 +204,8 @@ TEST_CASE("A point is in the segment of the surface with the largest sum of weig
       }
       const auto heaviest = std::max_element(
           sum.begin(), sum.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-      for (int p = 0; p < 4; ++p) {
-        bool behind = true;
-        for (int u = split.firstUse[p]; u < split.firstUse[p + 1]; ++u) {
-          const ChordalFace& face = split.faces[split.uses[u].face()];
-          behind &= split.uses[u].sign() * face.normal.dot(x - face.point) <= 0.0;
-        }
-        CHECK(behind == (t.labels[p] == heaviest->first));
-      }
+      for (int k = 0; k < 4; ++k)
+        CHECK(isBehind(split, k, x) == (t.labels[t.tetrahedra[0][k]] == heaviest->first));
     }
   }
 }
@@ -259,11 +259,13 @@ TEST_CASE("Splitting again leaves no trace of the first result", "[cat]") {
   splitChordally(large, WallFaces::midGap, used);
   splitChordally(small, WallFaces::atWall, used);
   REQUIRE(fresh.faces.size() == used.faces.size());
-  CHECK(fresh.firstUse == used.firstUse);
   CHECK(fresh.tetrahedra == used.tetrahedra);
   for (std::size_t f = 0; f < fresh.faces.size(); ++f) {
     CHECK(fresh.faces[f].point == used.faces[f].point);
     CHECK(fresh.faces[f].normal == used.faces[f].normal);
+    CHECK(fresh.faces[f].tetrahedron == used.faces[f].tetrahedron);
+    CHECK(fresh.faces[f].first == used.faces[f].first);
+    CHECK(fresh.faces[f].second == used.faces[f].second);
   }
 }
 
@@ -273,14 +275,8 @@ TEST_CASE("Segments of adjacent tetrahedra match on their common triangle", "[ca
   // The surface whose segment holds a point, from the planes of one tetrahedron.
   const auto surfaceAt = [](const Tetrahedra& t, const ChordalFaces& split, const Vec3& x) {
     std::set<int> found;
-    for (int p = 0; p < 4; ++p) {
-      bool behind = true;
-      for (int u = split.firstUse[p]; u < split.firstUse[p + 1]; ++u) {
-        const ChordalFace& face = split.faces[split.uses[u].face()];
-        behind &= split.uses[u].sign() * face.normal.dot(x - face.point) <= 0.0;
-      }
-      if (behind) found.insert(t.labels[p]);
-    }
+    for (int k = 0; k < 4; ++k)
+      if (isBehind(split, k, x)) found.insert(t.labels[t.tetrahedra[0][k]]);
     return found;
   };
   for (int trial = 0; trial < 2000; ++trial) {

@@ -2,9 +2,11 @@
 #include "packMesh/growth/tetgen_run.h"
 
 #include <catch2/catch.hpp>
-#include <memory>
+#include <thread>
+#include <vector>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/helper_process.h"
 #include "packMesh/growth/tetgen_program.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/support/tetgen_stand_in.h"
@@ -34,21 +36,23 @@ std::string failureOf(const TetgenInput& input) {
 
 }  // namespace
 
-TEST_CASE("Runs of TetGen go on side by side and give the same tetrahedra", "[tetgen]") {
+TEST_CASE("Runs of TetGen go on side by side and give the same tetrahedra", "[tetgen][threads]") {
   TetgenFailure failure;
   const TetgenOutput alone = runTetgen(sphere(2), failure);
   REQUIRE(failure.code == 0);
   REQUIRE(alone.points.size() == 162 + alone.steinerLabels.size());
   REQUIRE(alone.tetrahedra.size() > 300);
-  std::vector<std::unique_ptr<TetgenRun>> runs;
-  for (int k = 0; k < 6; ++k) runs.push_back(std::make_unique<TetgenRun>(sphere(k % 3)));
-  for (int k = 5; k >= 0; --k) {
-    while (!runs[k]->wait(1000)) continue;
-    const TetgenOutput output = runs[k]->take(failure);
-    REQUIRE(failure.code == 0);
+  std::vector<TetgenOutput> outputs(6);
+  std::vector<TetgenFailure> failures(6);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 6; ++k)
+    threads.emplace_back([&, k] { outputs[k] = runTetgen(sphere(k % 3), failures[k]); });
+  for (std::thread& thread : threads) thread.join();
+  for (int k = 0; k < 6; ++k) {
+    REQUIRE(failures[k].code == 0);
     if (k % 3 == 2) {
-      REQUIRE(output.tetrahedra == alone.tetrahedra);
-      REQUIRE(output.points == alone.points);
+      REQUIRE(outputs[k].tetrahedra == alone.tetrahedra);
+      REQUIRE(outputs[k].points == alone.points);
     }
   }
 }
@@ -140,7 +144,8 @@ TEST_CASE("A missing packmesh-tetgen, or one of another version, is one clear er
     const test::Variable variable("PACKMESH_TETGEN", "/no/such/program");
     CHECK_THROWS_AS(requireTetgen(alone), InputError);
     CHECK_THROWS_WITH(requireTetgen(alone), Contains("PACKMESH_TETGEN is '/no/such/program'"));
-    CHECK_THROWS_AS(TetgenRun(sphere(1)), InputError);
+    TetgenFailure failure;
+    CHECK_THROWS_AS(runTetgen(sphere(1), failure), InputError);
   }
   {
     const test::Variable variable("PACKMESH_TETGEN", "/bin/cat");

@@ -157,7 +157,7 @@ TEST_CASE("Penetrations decrease, and vanish at a fraction of 0.4", "[relaxation
     REQUIRE(before < 0.01 * start);
     ScheduleLimits limits;
     limits.maxSweeps = 2000;
-    REQUIRE(relax(relaxation, 0.01, limits));
+    REQUIRE(relax(relaxation, limits));
     REQUIRE(relaxation.lastSweep().deepest <= 0.01);
     REQUIRE(relaxation.sweeps() < 400);
     REQUIRE(relaxation.cells().size() == 77);
@@ -187,7 +187,7 @@ TEST_CASE("Walls push cells into the lumen", "[relaxation]") {
     Relaxation relaxation(physics, {}, std::move(bodies));
     ScheduleLimits limits;
     limits.maxSweeps = 3000;
-    REQUIRE(relax(relaxation, 0.01, limits));
+    REQUIRE(relax(relaxation, limits));
     for (const Body& b : relaxation.cells())
       for (const Vec3& v : shape->mesh().vertices)
         REQUIRE(container->wall()->distance(b.position + b.rotation * v).distance > 0.085);
@@ -259,15 +259,15 @@ TEST_CASE("Schedules stop when requested", "[relaxation]") {
   limits.maxSweeps = 25;
   int told = 0;
   limits.tell = [&](const char*) { ++told; };
-  REQUIRE_FALSE(relax(relaxation, 0.01, limits));
+  REQUIRE_FALSE(relax(relaxation, limits));
   REQUIRE(relaxation.sweeps() == 25);
   REQUIRE(told == 25);
   limits.maxSweeps = 1000;
   limits.stop = [&] { return relaxation.sweeps() >= 31; };
-  REQUIRE_FALSE(relax(relaxation, 0.01, limits));
+  REQUIRE_FALSE(relax(relaxation, limits));
   REQUIRE(relaxation.sweeps() == 31);
   limits.stop = nullptr;
-  REQUIRE_FALSE(settle(relaxation, 0.01, 7, limits));
+  REQUIRE_FALSE(settle(relaxation, 7, limits));
   REQUIRE(relaxation.sweeps() == 38);
 }
 
@@ -293,7 +293,7 @@ TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxatio
       return [&which, at]() mutable {
         ScheduleLimits limits;
         limits.maxSweeps = which.sweeps() + 1;
-        relax(which, 0.01, limits, at);
+        relax(which, limits, at);
       };
     };
     const std::function<void()> annealed = scheduled(relaxation, {1, 1});
@@ -318,6 +318,6 @@ TEST_CASE("Ellipsoids are resolved equally fast for any shortest axis", "[relaxa
     Relaxation relaxation(physics, {}, randomBodies(physics, count, 1));
     ScheduleLimits limits;
     limits.maxSweeps = 60;
-    REQUIRE(relax(relaxation, 0.01, limits));
+    REQUIRE(relax(relaxation, limits));
   }
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/packing/calibration.h"
+#include "packMesh/packing/repairs.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
-
 #include <set>
 #include <string>
 
@@ -19,7 +18,7 @@ TEST_CASE("calibration moves the gaps of pairs towards the smallest safe one", "
   double extra = 0.0, gap = 0.0;
   for (int round = 0; round < 12; ++round) {
     gap = required + tolerance::relaxationMargin - tolerance::compactionSlack + extra + nearer;
-    extra += Calibration::correction(gap > 0.0 ? gap : 0.0, required, extra);
+    extra += clearanceCorrection(gap > 0.0 ? gap : 0.0, required, extra);
   }
   CHECK(gap > required + 0.0009);
   CHECK(gap < required + 0.003);
@@ -27,12 +26,12 @@ TEST_CASE("calibration moves the gaps of pairs towards the smallest safe one", "
 
 TEST_CASE("calibration gives more room to pairs that overlap, and leaves others enough of it",
           "[calibration]") {
-  CHECK(Calibration::correction(0.0, 0.0, 0.0) == tolerance::repairClearance);
-  CHECK(Calibration::correction(0.05, 0.1, 0.0) > 0.04);
-  CHECK(Calibration::correction(0.00125, 0.0, 0.0) == 0.0);
-  CHECK(Calibration::correction(0.03, 0.0, 0.0) < 0.0);
-  CHECK(Calibration::correction(0.03, 0.0, -0.03) == 0.0);
-  const double steps = std::ldexp(Calibration::correction(0.0217, 0.0, 0.0), 14);
+  CHECK(clearanceCorrection(0.0, 0.0, 0.0) == tolerance::repairClearance);
+  CHECK(clearanceCorrection(0.05, 0.1, 0.0) > 0.04);
+  CHECK(clearanceCorrection(0.00125, 0.0, 0.0) == 0.0);
+  CHECK(clearanceCorrection(0.03, 0.0, 0.0) < 0.0);
+  CHECK(clearanceCorrection(0.03, 0.0, -0.03) == 0.0);
+  const double steps = std::ldexp(clearanceCorrection(0.0217, 0.0, 0.0), 14);
   CHECK(steps == std::floor(steps));
 }
 
