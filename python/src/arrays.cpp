@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "arrays.h"
 
-#include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 
 namespace py = pybind11;
@@ -22,6 +22,10 @@ py::capsule keeperOf(const Held& held) {
 }
 
 }  // namespace
+
+py::tuple vectorOf(const Vec3& v) {
+  return py::make_tuple(v[0], v[1], v[2]);
+}
 
 py::tuple arraysOf(const TriangleMesh& mesh) {
   py::array_t<double> vertices({py::ssize_t(mesh.vertices.size()), py::ssize_t(3)});
@@ -47,9 +51,7 @@ py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
 }
 
 std::string cellName(const std::string& text) {
-  ValueSpec spec;
-  spec.kind = Kind::name;
-  return std::get<std::string>(parseValue(spec, text));
+  return std::get<std::string>(parseValue(specs::name(), text));
 }
 
 std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {

@@ -20,6 +20,8 @@ struct PythonPacking {
   Held held;
 };
 
+pybind11::tuple vectorOf(const packmesh::Vec3& v);
+
 /// Vertices, shape (V, 3), and triangles, shape (T, 3).
 pybind11::tuple arraysOf(const packmesh::TriangleMesh& mesh);
 

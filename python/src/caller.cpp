@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
+#include <pybind11/stl.h>
 
 #include <filesystem>
 #include <string>
@@ -71,8 +72,7 @@ std::string textOf(const py::error_already_set& error) {
 }
 
 int loggingLevel(log::Kind kind) {
-  constexpr int levels[] = {10, 20, 30, 40};  // DEBUG, INFO, WARNING, ERROR
-  return levels[int(kind)];
+  return 10 * (int(kind) + 1);  // DEBUG, INFO, WARNING, ERROR
 }
 
 const char* classOf(ExitCode code) {
@@ -218,6 +218,6 @@ void Caller::tell(const Progress& progress, ProgressLog& log) {
   const std::string text = log.text(progress, seconds);
   inPython("the callback `progress`", [&] {
     progress_(progress.stage, progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved,
-              seconds, remaining ? py::cast(*remaining) : py::object(py::none()), text);
+              seconds, remaining, text);
   });
 }

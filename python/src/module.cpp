@@ -57,10 +57,6 @@ py::object gapOf(double gap) {
   return gap < std::numeric_limits<double>::infinity() ? py::cast(gap) : py::object(py::none());
 }
 
-py::tuple vectorOf(const Vec3& v) {
-  return py::make_tuple(v[0], v[1], v[2]);
-}
-
 py::dict certificateOf(const Certificate& certificate) {
   py::list overlapping, misplaced;
   for (const OverlappingPair& pair : certificate.overlapping)
@@ -213,7 +209,7 @@ py::dict forecast(const Words& words) {
   all["counts"] = counts;
   all["volume_fraction"] = found.fraction;
   all["effective_fraction"] = found.effectiveFraction;
-  all["seconds"] = found.seconds ? py::cast(*found.seconds) : py::object(py::none());
+  all["seconds"] = found.seconds;
   all["megabytes"] = found.megabytes;
   all["lumen_volume"] = problem->lumen.container->volume();
   all["text"] = forecastLines(*problem, 1);
@@ -246,8 +242,7 @@ py::dict caseOf(const fs::path& file) {
   for (const SpeciesRequest& request : config.packing.species) species.append(request.name);
   py::dict all;
   all["dx"] = config.domain.dx;
-  all["hematocrit"] =
-      config.packing.hematocrit ? py::cast(*config.packing.hematocrit) : py::object(py::none());
+  all["hematocrit"] = config.packing.hematocrit;
   all["seed"] = config.packing.seed;
   all["species"] = species;
   const fs::path& output = config.packing.output.folder;

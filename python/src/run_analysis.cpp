@@ -42,12 +42,8 @@ struct PythonLumen {
   std::unique_ptr<const WallDepth> depth;  ///< nullptr: no wall
 };
 
-py::tuple tupleOf(const Vec3& v) {
-  return py::make_tuple(v[0], v[1], v[2]);
-}
-
 py::tuple tupleOf(const Box& box) {
-  return py::make_tuple(tupleOf(box.lo), tupleOf(box.hi));
+  return py::make_tuple(vectorOf(box.lo), vectorOf(box.hi));
 }
 
 /// The lumen in which the cells of a case flow, behind a pre-inlet if there is one. Its ends are taken to be
@@ -212,7 +208,7 @@ void addRunAnalysis(py::module_& module) {
       .def_property_readonly("bounds",
                              [](const PythonLumen& self) { return tupleOf(self.lumen.container->bounds()); })
       .def_property_readonly("period",
-                             [](const PythonLumen& self) { return tupleOf(self.lumen.container->period()); })
+                             [](const PythonLumen& self) { return vectorOf(self.lumen.container->period()); })
       .def_property_readonly("volume", [](const PythonLumen& self) { return self.lumen.container->volume(); })
       .def_property_readonly("description",
                              [](const PythonLumen& self) { return self.lumen.container->describe(); })
