@@ -5,8 +5,8 @@
     starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N]    writes a case for HemoCell's pipe program
     starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
 
-START is uniform, developed, a profile (.txt), the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start as they were,
-from fluid at rest, which takes some hundred iterations, and its curves are joined to those of the run before. The pipe program is
+START is uniform, developed, a profile (.txt), the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start where they were (they
+are moved apart where membranes overlap), from fluid at rest, which takes some hundred iterations, and its curves are joined to those of the run before. The pipe program is
 HemoCell's pipeflow with the plug-in (docs/howto/plugin.md), OUTPUT_CELL_ID among its outputs, and nothing else changed; each case
 is run in its folder on one rank:
 
@@ -63,6 +63,8 @@ def write_case(words):
         state = before / "last.h5"
         subprocess.run([sys.executable, "-m", "packmesh", "run", before / "output", "--case", before / "config.xml", "--state", state], check=True)
     start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start, f"<blood> {state.resolve()} </blood>")
+    if before.is_dir():
+        start += " <clearance> 0 </clearance> <wallClearance> 0 </wallClearance>"
     if before.suffix == ".txt":
         start = f"<profile> {before.resolve()} </profile>"
     folder.mkdir(parents=True)
@@ -242,9 +244,9 @@ def draw(runs, file):
             axis.tick_params(labelsize=8)
         axes[0, column].set_title(f"hematocrit {hematocrit:g}", fontsize=9)
         axes[-1, column].set_xlabel("thousands of iterations", fontsize=8)
-    legend = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels())))
-    axes[0, 0].legend([legend[start] for start in colours if start in legend], [start for start in colours if start in legend], fontsize=7)
-    figure.tight_layout()
+    lines = {line.get_label(): line for axis in axes.flat for line in axis.get_lines()}
+    figure.tight_layout(rect=(0, 0.1, 1, 1))
+    figure.legend([lines[start] for start in colours], list(colours), fontsize=8, ncol=2, loc="lower center")
     figure.savefig(file, dpi=100, metadata={"Software": None})
 
 
