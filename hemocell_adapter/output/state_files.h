@@ -17,8 +17,8 @@ namespace packmesh::hemocell {
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 
-/// Tests before hours of packing. @throws OutputError if the state file exists and is not a state that
-/// may be replaced, or has the name of another output
+/// Tests before hours of packing. @throws OutputError if its folder is not writable, or the state file exists
+/// and is not a state that may be replaced, or has the name of another output
 void requireReplaceableState(const Request& request);
 
 /// Writes the state of a run to the state file.

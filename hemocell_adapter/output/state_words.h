@@ -15,7 +15,8 @@ std::vector<std::string> storedWords(std::vector<std::string> words, const std::
 /// The words that a state file stores, with the folder in which it is now.
 std::vector<std::string> wordsNow(std::vector<std::string> words, const std::filesystem::path& state);
 
-/// @throws InputError if the words are no command, but name the iteration of the simulation whose cells it has
+/// @throws InputError if the words are no command, but name the iteration of the simulation whose cells it
+/// has
 void requireCommand(const std::vector<std::string>& words, const std::filesystem::path& state);
 
 }  // namespace packmesh::hemocell

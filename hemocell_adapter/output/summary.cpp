@@ -12,6 +12,7 @@
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {
+
 std::string requestText(const CellSpecies& species) {
   if (species.statedCount) return fmt::format("{} requested", *species.statedCount);
   if (species.ratio)

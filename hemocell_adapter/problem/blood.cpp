@@ -163,28 +163,32 @@ Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
   return found;
 }
 
-/// How many cells of each kind of the piece there are to be, unless that is requested: those that fit, or
-/// with a hematocrit as many per red cell as in the piece.
+/// How many cells of each kind of the piece there are to be, unless that is requested: those that fit, or, if
+/// the number of red cells is requested, as many per red cell as in the piece.
 void settleCounts(Problem& problem, const StateCells& blood, const std::vector<int>& speciesOf) {
   const std::string file = problem.request.blood->string();
   std::int64_t redCells = 0;
+  bool countsRedCells = problem.request.hematocrit.has_value();
   for (const Cell& cell : blood.cells) {
     CellSpecies& species = problem.species[speciesOf[cell.species]];
     ++species.blood.cells;
     redCells += species.redCell;
   }
+  for (const CellSpecies& species : problem.species) {
+    const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
+    countsRedCells = countsRedCells || (species.redCell && asked && asked->count);
+  }
   for (CellSpecies& species : problem.species) {
     const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
     if (!asked || !asked->inBlood) continue;
     if (species.blood.cells > 0 && species.start.empty())
-      problem.notices.push_back(
-          fmt::format("{}: none of its {} cells '{}' fits the lumen where it is repeated", file,
-                      species.blood.cells, species.name));
+      problem.notices.push_back(fmt::format("{}: no copy of its {} cells '{}' fits into the lumen", file,
+                                            species.blood.cells, species.name));
     if (species.startFrom.empty()) species.startFrom = file;
     const bool determined = asked->count || asked->ratio || (problem.request.hematocrit && species.redCell);
     if (determined) continue;
     species.statedCount.reset();
-    if (problem.request.hematocrit && redCells > 0 && species.fixed.empty())
+    if (countsRedCells && redCells > 0 && !species.redCell && species.fixed.empty())
       species.ratio = double(species.blood.cells) / double(redCells);
     else
       species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
@@ -204,7 +208,8 @@ void addBlood(Problem& problem) {
     problem.notices.push_back(
         file +
         ": the lumen is larger than that of these cells, whose walls are repeated inside it, with the plasma "
-        "and the platelets that were there. --profile developed puts red cells towards the axis, and platelets "
+        "and the platelets that were there. --profile developed puts red cells towards the axis, and "
+        "platelets "
         "to the wall");
   std::vector<int> speciesOf;
   for (const StateCells::Kind& kind : blood.species) {

@@ -41,7 +41,7 @@ void requireTileable(const Problem& problem);
 std::vector<std::string> limitWarnings(const Problem& problem, const std::vector<std::int64_t>& counts);
 
 /// What the library packs. `interrupted` and `progress` are passed on. The certificate refers to the numbers
-/// that formatPos writes. References the problem.
+/// that formatPosLines() writes. References the problem.
 PackingProblem packingProblemOf(const Problem& problem, const PackedParts& parts,
                                 std::function<bool()> interrupted = {},
                                 std::function<void(const Progress&)> progress = {});

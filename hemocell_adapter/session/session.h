@@ -82,7 +82,7 @@ class Session {
   std::shared_ptr<const Problem> problemOf(const CompletedRequest& completed);
 
   /// Packs, with the widest clearances that are found quickly, and verifies; repeats the packing in a larger
-  /// box if that is requested. The summary is logged.
+  /// box if that is requested.
   /// @throws AgreedFailure if not all cells could be packed (unless the request is content with those that
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
   Packing pack(const std::shared_ptr<const Problem>& problem);

@@ -28,8 +28,8 @@ class SideWall final : public Wall {
   /// As the wall of the lumen samples them, except where an end is nearer.
   void sample(const NodeBlock& block, float* distances) const override;
   /// As the wall of the lumen, ends included.
-  WallVerdict examine(const PlacedHierarchy& cell, double ofInterest) const override {
-    return wall().examine(cell, ofInterest);
+  WallVerdict examine(const PlacedHierarchy& cell, double largestGap) const override {
+    return wall().examine(cell, largestGap);
   }
 
  private:

@@ -31,7 +31,7 @@ class OutputError : public Error {
   using Error::Error;
 };
 
-/// What work() returns; an InputError begins with `where` and is an `As`.
+/// What work() returns. Its InputErrors become errors of class As that begin with `where`.
 template <class As = InputError, class Work>
 auto located(const std::string& where, Work&& work) {
   try {

@@ -12,14 +12,14 @@ from packmesh.errors import InputError
 
 if TYPE_CHECKING:
     from packmesh.hemocell_run import Step
+    from packmesh.joined_cells import Domain
 
 SAMPLES = 1 << 18  # points in the box around the lumen
 SECTORS_ALONG, SECTORS_AROUND = 6, 12
 
 _ROUNDING = 1e-5  # of lattice spacings
-_AT_BORDER = 0.01  # distances of lumens from borders of nodes are known up to this [lattice spacings]
-_INFLATED = 0.003  # most by which HemoCell lengthens vessels before it counts nodes, and rounding [lattice spacings]
-_CUT = 2  # most planes of solid nodes at the high end that a case with <blockSize> leaves out
+_AT_BORDER = 0.01  # ends of lumens are known up to this [lattice spacings]
+_CUT = 2  # most planes of solid nodes at the high ends of a vessel that a case with <blockSize> leaves out
 
 
 class OtherCaseError(InputError):
@@ -51,24 +51,6 @@ def number_in_case(config: str, tag: str) -> Optional[float]:
         raise InputError(f"{config}: cannot be read: {error}") from None
 
 
-class _CaseLattice:
-    """What a case states of its lattice. dx: [µm]; nodes: along x, y, z, None if they follow from an STL or the lumen; has_container: whether
-    the lumen is described; cut: most planes of nodes at the high ends that the run need not have"""
-
-    def __init__(self, root: xml.etree.ElementTree.Element, dx: float) -> None:
-        self.dx = dx
-        self.has_container = root.find("packing/container") is not None
-        self.cut = 0 if (root.findtext("domain/blockSize") or "0").strip().startswith(("-", "0")) else _CUT
-        stated = root.findtext("packing/container/nodes")
-        if stated is None and root.find("domain/geometry") is None:
-            texts = [[root.findtext("domain/" + tag) for tag in tags] for tags in (("nx", "ny", "nz"), ("Nx", "Ny", "Nz"))]
-            stated = next((" ".join(map(str, found)) for found in texts if None not in found), None)
-        try:
-            self.nodes = None if stated is None else np.rint(np.array(stated.split(), float)).astype(int).reshape(3)
-        except ValueError:
-            self.nodes = None  # the library reads other notations, too
-
-
 class RunLumen:
     """volume: [µm³]; low, high: corners of its box [µm]; period: 0 where it is not periodic [µm], shape (3,)
     flow_axis: the periodic axis, or the longest one"""
@@ -79,7 +61,7 @@ class RunLumen:
         from packmesh import _packmesh  # the rest of the analysis runs without it
 
         self.config = config
-        self._lattice = _CaseLattice(root_of(config), _packmesh.case(config)["dx"])
+        self._dx: float = _packmesh.case(config)["dx"]
         self.of_library = self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])
         self.volume: float = self._lumen.volume
         self.description: str = self._lumen.description
@@ -90,35 +72,31 @@ class RunLumen:
 
     def require_run(self, step: "Step") -> None:
         """Raises OtherCaseError if the lattice of a step is not that of the case: its spacing and, where the fluid was written, its nodes."""
-        lattice, fluid = self._lattice, step.fluid
-        if abs(lattice.dx / step.dx - 1) > _ROUNDING:
-            raise OtherCaseError(f"{self.config}: its dx is {lattice.dx:g} µm, that of the run {step.run.folder} {step.dx:g} µm; expected the case "
+        if abs(self._dx / step.dx - 1) > _ROUNDING:
+            raise OtherCaseError(f"{self.config}: its dx is {self._dx:g} µm, that of the run {step.run.folder} {step.dx:g} µm; expected the case "
                                  "of the run")
-        if fluid is None:
+        if step.fluid is None:
             return
-        nodes, size = lattice.nodes, np.rint(fluid.size / step.dx).astype(int)
-        if nodes is not None and np.any(nodes != size):
+        nodes, size = self._lumen.nodes, np.rint(step.fluid.size / step.dx).astype(int)
+        if nodes is not None and not np.all((size <= nodes) & (nodes - size <= self._left_out())):
             raise OtherCaseError(f"{self.config}: its lattice has {nodes[0]} x {nodes[1]} x {nodes[2]} nodes, that of the run {step.run.folder} "
                                  f"{size[0]} x {size[1]} x {size[2]}; expected the case of the run")
+        if nodes is None:
+            self._require_inside(step, step.fluid)
+
+    def _left_out(self) -> int:
+        """Most planes of nodes at the high ends that a run of the case need not have."""
+        root = root_of(self.config)
+        sparse = not (root.findtext("domain/blockSize") or "0").strip().startswith(("-", "0"))
+        return _CUT if sparse and root.find("domain/geometry") is not None else 0
+
+    def _require_inside(self, step: "Step", fluid: "Domain") -> None:
+        """Where the case does not tell the lattice, the library demands that the lumen extends at most a node beyond it, and has its period."""
         for k, axis in enumerate("xyz"):
-            if not self._agrees((self.low[k] - fluid.low[k]) / step.dx, (fluid.high[k] - self.high[k]) / step.dx, self.period[k] > 0):
+            low, high = (self.low[k] - fluid.low[k]) / step.dx, (fluid.high[k] - self.high[k]) / step.dx
+            if not (abs(low + high) < _AT_BORDER if self.period[k] > 0 else min(low, high) > -1 - _AT_BORDER):
                 raise OtherCaseError(f"{self.config}: its lumen reaches from {axis} = {self.low[k]:g} to {self.high[k]:g} µm, the nodes of the run "
                                      f"{step.run.folder} from {fluid.low[k]:g} to {fluid.high[k]:g} µm; expected the case of the run")
-
-    def _agrees(self, low: float, high: float, periodic: bool) -> bool:
-        """Whether the ends of the lumen are where they can be. low, high: distances inwards from the ends of the lattice [lattice spacings]
-
-        HemoCell places the low end of a vessel at node 1, which is 1.5 spacings inwards, of floor(length) + 3 nodes; the length includes an
-        inflation. Open ends are at those of the lattice.
-        """
-        if self._lattice.has_container:
-            return abs(low + high) < _AT_BORDER if periodic else min(low, high) > -1 - _AT_BORDER  # as the library demands
-        cut = self._lattice.cut
-        if abs(low - 1.5) < _AT_BORDER and not periodic:
-            return 0.5 - cut < high < 1.5 + _INFLATED
-        if self.description.startswith("vessel") or periodic:
-            return abs(low) < _AT_BORDER and -cut - _AT_BORDER < high < _AT_BORDER
-        return low > -_AT_BORDER and high > -cut - _AT_BORDER  # fluid nodes
 
     def reach(self, centers: np.ndarray, wall: Optional[np.ndarray]) -> np.ndarray:
         """How far cells reach out of the lumen [µm], negative inside, shape (N,). centers: [µm], shape (N, 3); wall: least distances of their

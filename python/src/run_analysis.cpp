@@ -39,7 +39,8 @@ using Corners = py::array_t<std::int32_t, py::array::c_style | py::array::forcec
 /// A lumen with the distances to its wall.
 struct PythonLumen {
   Lumen lumen;
-  std::unique_ptr<const WallDepth> depth;  ///< nullptr: no wall
+  std::unique_ptr<const WallDepth> depth;   ///< nullptr: no wall
+  std::optional<std::array<int, 3>> nodes;  ///< of the lattice of the case, unless it is only assumed
 };
 
 py::tuple tupleOf(const Box& box) {
@@ -62,7 +63,11 @@ Lumen flowLumen(const CompletedRequest& completed) {
 std::unique_ptr<PythonLumen> lumenOf(const std::vector<std::string>& words) {
   return Caller().run([&] {
     auto made = std::make_unique<PythonLumen>();
-    made->lumen = flowLumen(requestToCheck(parseCommandLine("packMesh", words)));
+    const CompletedRequest completed = requestToCheck(parseCommandLine("packMesh", words));
+    made->lumen = flowLumen(completed);
+    const std::optional<ContainerRequest>& body = completed.request.container;
+    if (made->lumen.lattice && (!body || body->nodes || completed.simulation->domain.boxNodes))
+      made->nodes = made->lumen.lattice->nodes();
     const Container& container = *made->lumen.container;
     if (container.wall()) made->depth = std::make_unique<WallDepth>(*container.wall(), container.bounds());
     return made;
@@ -209,6 +214,7 @@ void addRunAnalysis(py::module_& module) {
                              [](const PythonLumen& self) { return tupleOf(self.lumen.container->bounds()); })
       .def_property_readonly("period",
                              [](const PythonLumen& self) { return vectorOf(self.lumen.container->period()); })
+      .def_property_readonly("nodes", [](const PythonLumen& self) { return self.nodes; })
       .def_property_readonly("volume", [](const PythonLumen& self) { return self.lumen.container->volume(); })
       .def_property_readonly("description",
                              [](const PythonLumen& self) { return self.lumen.container->describe(); })

@@ -235,6 +235,7 @@ def test_blood(state, program):
     words = ["--ends", "periodic", "--blood", case / "flowing.h5", "--output-dir", "."]
     longer, text = program("--cylinder", "x", 9, 60, *words, folder="longer")
     assert "RBC: 18 repeated cells of" in text and "PLT: 4 repeated cells of" in text and "Certificate: clean" in text
+    assert "walls are repeated" not in text
     found = vertices_of(longer / "state.h5", "RBC")
     first = found[0] - found[0].mean(axis=0)
     assert min(np.abs(first - (one - one.mean(axis=0))).max() for one in packing.vertices("RBC")) < 1e-9
@@ -248,10 +249,11 @@ def test_blood(state, program):
     assert re.search(r"RBC: 18 repeated cells of .*, 0 more with its meshes, 0 with the template", text) and "Certificate: clean" in text
     # Another axis, a wider pipe: the cells are turned with it.
     _, text = program("--cylinder", "z", 14, 45, *words, "--hematocrit", 0.2, folder="wider")
-    assert "Certificate: clean" in text
+    assert "Certificate: clean" in text and "whose walls are repeated inside it" in text
+    assert "PLT: 8 (0.222222 per red cell)" in program("--cylinder", "z", 14, 45, *words, "--rbc", 36, folder="counted")[1]
     # One too narrow for red cells.
     _, text = program("--cylinder", "x", 2.5, 30, *words, folder="narrow", code=2)
-    assert "none of its 9 cells 'RBC' fits the lumen" in text and "nothing to pack" in text
+    assert "no copy of its 9 cells 'RBC' fits into the lumen" in text and "nothing to pack" in text
     folder, text = program("--cylinder", "x", 9, 30, "--ends", "periodic", "--blood", case / "output", folder="folder", code=2)
     assert "packmesh run" in text and "--state blood.h5" in text
 
