@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "packMesh/core/timer.h"
-#include "packMesh/growth/seeding.h"
+#include "packMesh/cat/seeding.h"
 #include "packMesh/packing/placed_cells.h"
 
 namespace packmesh {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "packMesh/growth/cat_face_planes.h"
-#include "packMesh/growth/growth.h"
+#include "packMesh/cat/cat_face_planes.h"
+#include "packMesh/cat/growth.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/run_control.h"

@@ -4,9 +4,9 @@
 
 #include <optional>
 
-#include "packMesh/escape/escape_settings.h"
-#include "packMesh/growth/growth_settings.h"
-#include "packMesh/growth/plane_source.h"
+#include "packMesh/cat/escape_settings.h"
+#include "packMesh/cat/growth_settings.h"
+#include "packMesh/cat/plane_source.h"
 
 namespace packmesh {
 

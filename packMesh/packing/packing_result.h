@@ -8,9 +8,9 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/pose.h"
-#include "packMesh/escape/escape.h"
-#include "packMesh/growth/cat_face_planes.h"
-#include "packMesh/growth/growth.h"
+#include "packMesh/cat/escape.h"
+#include "packMesh/cat/cat_face_planes.h"
+#include "packMesh/cat/growth.h"
 #include "packMesh/problem/cell.h"
 
 namespace packmesh {

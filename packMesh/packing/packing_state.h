@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "packMesh/analysis/cell_measures.h"
-#include "packMesh/growth/growth.h"
+#include "packMesh/cat/growth.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/schedule.h"

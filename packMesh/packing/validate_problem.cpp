@@ -11,7 +11,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
-#include "packMesh/growth/tetgen_program.h"
+#include "packMesh/cat/tetgen_program.h"
 
 namespace packmesh {
 namespace {

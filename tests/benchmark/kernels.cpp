@@ -8,9 +8,9 @@
 #include <random>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "packMesh/growth/chordal_split.h"
-#include "packMesh/growth/linear_program.h"
-#include "packMesh/growth/tetrahedralise.h"
+#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/linear_program.h"
+#include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/mesh/hull_separation.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_tree.h"

@@ -13,7 +13,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
-ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement", "growth", "escape")]
+ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement", "cat")]
 faults = []
 
 

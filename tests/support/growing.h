@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "packMesh/growth/plane_function.h"
-#include "packMesh/growth/seeding.h"
-#include "packMesh/growth/step_halving.h"
+#include "packMesh/cat/plane_function.h"
+#include "packMesh/cat/seeding.h"
+#include "packMesh/cat/step_halving.h"
 #include "packMesh/placement/placement.h"
 
 namespace packmesh::test {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "packMesh/growth/chordal_split.h"
-#include "packMesh/growth/tetrahedralise.h"
+#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/tetrahedralise.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/cat/block_escape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "packMesh/cat/assignment.h"
+#include "packMesh/cat/is_fixed.h"
+
+namespace packmesh {
+namespace {
+
+/// Gains below this fraction of a cell's volume count as zero.
+constexpr double leastGain = 1e-6;
+
+/// A body is tried in a hole if the hole's sphere has at least this fraction of its volume.
+constexpr double holeFraction = 0.05;
+
+}  // namespace
+
+BlockEscape::BlockEscape(const Physics& physics, const EscapeSettings& settings, Rooms& rooms,
+                         Rooms::Trials& trials, const Box& region, std::vector<Body> cells,
+                         std::int64_t firstId)
+    : physics_(physics),
+      settings_(settings),
+      rooms_(rooms),
+      trials_(trials),
+      region_(region),
+      state_(std::move(cells)),
+      nextId_(firstId) {}
+
+double BlockEscape::volume(int species, double scale) const {
+  return scale * scale * scale * physics_.shapeOf(species).volume();
+}
+
+/// Cells below full size, in descending order of missing volume.
+std::vector<std::int64_t> BlockEscape::lacking() const {
+  std::vector<std::pair<double, std::int64_t>> order;
+  for (std::size_t i = 0; i < state_.size(); ++i)
+    if (state_[i].scale < 1.0 && !isFixed(physics_, state_[i]))
+      order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].species, 1.0),
+                         static_cast<std::int64_t>(i));
+  std::sort(order.begin(), order.end());
+  std::vector<std::int64_t> cells;
+  for (const auto& entry : order) cells.push_back(entry.second);
+  return cells;
+}
+
+/// A group of cells no two of which are neighbours: some below full size, and others to swap with.
+std::vector<std::int64_t> BlockEscape::group(const std::vector<std::int64_t>& wanted) const {
+  std::vector<std::int64_t> order = wanted, members;
+  for (std::size_t i = 0; i < state_.size(); ++i)
+    if (state_[i].scale == 1.0 && !isFixed(physics_, state_[i]))
+      order.push_back(static_cast<std::int64_t>(i));
+  for (const std::int64_t cell : order) {
+    if (static_cast<int>(members.size()) == settings_.groupSize) break;
+    // At most half of them are below full size: full-size cells may have more room than they need.
+    if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2) continue;
+    const bool apart = std::none_of(members.begin(), members.end(), [&](std::int64_t other) {
+      return other == cell || rooms_.neighbours(state_[cell], state_[other]);
+    });
+    if (apart) members.push_back(cell);
+  }
+  return members;
+}
+
+void BlockEscape::swap() {
+  std::vector<std::int64_t> wanted = lacking();
+  for (int round = 0; round < settings_.swapRounds && !wanted.empty() && !stopped(); ++round) {
+    const std::vector<std::int64_t> members = group(wanted);
+    for (const std::int64_t cell : members)
+      wanted.erase(std::remove(wanted.begin(), wanted.end(), cell), wanted.end());
+    swapWithin(members);
+  }
+}
+
+void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
+  const std::size_t n = members.size();
+  // By room and species: bodies of one species differ only in position.
+  std::vector<std::vector<std::optional<Pose>>> reached(n);
+  std::vector<std::vector<double>> score(n, std::vector<double>(n, 0.0));
+  for (std::size_t room = 0; room < n; ++room) {
+    reached[room].resize(physics_.species.size());
+    std::vector<char> tried(physics_.species.size(), 0);
+    for (const std::int64_t cell : members) {
+      const int species = state_[cell].species;
+      if (std::exchange(tried[species], 1)) continue;
+      if (species == state_[members[room]].species) {
+        reached[room][species] = state_[members[room]].pose();
+      } else {
+        ++tried_;
+        reached[room][species] = rooms_.largest(state_, members[room], species, trials_);
+      }
+    }
+  }
+  double before = 0.0, after = 0.0;
+  for (std::size_t body = 0; body < n; ++body)
+    for (std::size_t room = 0; room < n; ++room) {
+      const int species = state_[members[body]].species;
+      const auto& pose = reached[room][species];
+      score[body][room] = pose ? volume(species, pose->scale) : -physics_.container->volume();
+    }
+  const std::vector<int> roomOf = bestAssignment(score);
+  for (std::size_t body = 0; body < n; ++body) {
+    before += score[body][body];
+    after += score[body][roomOf[body]];
+  }
+  if (after <= (1.0 + leastGain) * before) return;
+  std::vector<Body> swapped = state_;
+  std::int64_t changed = 0;
+  for (std::size_t body = 0; body < n; ++body) {
+    const int species = state_[members[body]].species;
+    Body& place = swapped[members[roomOf[body]]];
+    changed += place.species != species;
+    place.species = species;
+    place.setPose(*reached[roomOf[body]][species]);
+  }
+  std::vector<std::int64_t> sorted = members;
+  std::sort(sorted.begin(), sorted.end());
+  if (!rooms_.valid(sorted, swapped)) return;
+  state_ = std::move(swapped);
+  changed_ += changed;
+}
+
+/// Tries another body in the room of a cell, or the same one rotated, and keeps it if that gains volume.
+bool BlockEscape::take(std::int64_t cell, int species) {
+  const std::optional<Pose> pose = rooms_.largest(state_, cell, species, trials_);
+  if (!pose || volume(species, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
+  state_[cell].species = species;
+  state_[cell].setPose(*pose);
+  return true;
+}
+
+void BlockEscape::enlarge() {
+  for (const std::int64_t cell : lacking()) {
+    if (stopped()) return;
+    ++tried_;
+    const double before = volumeOf(cell);
+    rooms_.enlarge(state_, cell, trials_);
+    if (state_[cell].scale < 1.0) take(cell, state_[cell].species);
+    changed_ += volumeOf(cell) > before;
+  }
+}
+
+/// Species in the reserve, in descending order of size.
+std::vector<int> BlockEscape::bySize(const ReserveShare& share) const {
+  std::vector<int> species;
+  for (std::size_t s = 0; s < share.bodies.size(); ++s)
+    if (share.bodies[s] > 0 || share.elsewhere[s] > 0) species.push_back(static_cast<int>(s));
+  std::stable_sort(species.begin(), species.end(),
+                   [&](int a, int b) { return volume(a, 1.0) > volume(b, 1.0); });
+  return species;
+}
+
+/// Whether this block may use a body of the species.
+bool BlockEscape::offered(int species, const ReserveShare& share) {
+  missed_ = missed_ || share.bodies[species] == 0;
+  return share.bodies[species] > 0;
+}
+
+void BlockEscape::replace(ReserveShare& share) {
+  for (const std::int64_t cell : lacking()) {
+    if (stopped()) return;
+    ++tried_;
+    const int first = state_[cell].species;
+    for (const int species : bySize(share))
+      if (species != state_[cell].species && volume(species, 1.0) > volumeOf(cell) && offered(species, share))
+        take(cell, species);
+    if (state_[cell].species == first) continue;
+    ++changed_;
+    ++share.bodies[first];
+    --share.bodies[state_[cell].species];
+  }
+}
+
+/// Whether only other blocks have bodies left.
+bool BlockEscape::usedUp(const ReserveShare& share) {
+  const auto any = [](const std::vector<std::int64_t>& bodies) {
+    return std::any_of(bodies.begin(), bodies.end(), [](std::int64_t number) { return number > 0; });
+  };
+  const bool usedUp = !any(share.bodies) && any(share.elsewhere);
+  missed_ = missed_ || usedUp;
+  return usedUp;
+}
+
+void BlockEscape::fillHoles(const Holes& holes, ReserveShare& share) {
+  const std::vector<int> smallestLast = bySize(share);
+  if (smallestLast.empty()) return;
+  const double least = std::cbrt(0.75 / M_PI * holeFraction * volume(smallestLast.back(), 1.0));
+  for (const Sphere& hole : holes.in(region_, state_, least)) {
+    if (tried_ == settings_.holes || stopped()) return;
+    if (usedUp(share)) return;
+    ++tried_;
+    const double room = 4.0 / 3.0 * M_PI * hole.radius * hole.radius * hole.radius;
+    for (const int s : bySize(share)) {
+      if (room < holeFraction * volume(s, 1.0) || !offered(s, share)) continue;
+      const auto cell = static_cast<std::int64_t>(state_.size());
+      state_.push_back(makeBody(nextId_, s, Pose{1.0, Quaternion::Identity(), hole.center}));
+      const std::optional<Pose> pose = rooms_.largest(state_, cell, s, trials_);
+      if (pose && pose->scale == 1.0) {
+        state_[cell].setPose(*pose);
+        ++nextId_;
+        --share.bodies[s];
+        ++changed_;
+        break;
+      }
+      state_.pop_back();
+    }
+  }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/cat/cat_cells.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "packMesh/mesh/touching_parts.h"
+
+namespace packmesh {
+namespace {
+
+/// A vertex of a cell: the mean of up to four points, given by their indices in ascending order, -1 for none.
+using Middle = std::array<int, 4>;
+
+/// A triangle of the cell of one label.
+struct Facet {
+  int label;
+  std::array<Middle, 3> corners;
+};
+
+/// Tetrahedra with three or four corners on the container.
+struct WallTetrahedron {
+  int index;
+  int owner;  ///< label of the fourth corner, or of the cell it was assigned to
+};
+
+/// A face with all corners on the container.
+struct WallFace {
+  std::array<int, 3> points;  ///< ascending
+  int tetrahedron;            ///< index among the WallTetrahedra
+  int opposite;               ///< its corner that is not in the face
+};
+
+bool sameFace(const WallFace& a, const WallFace& b) {
+  return a.points == b.points;
+}
+
+class CellBuilder {
+ public:
+  CellBuilder(const Tetrahedra& tetrahedra, WallFaces wall)
+      : t_(tetrahedra),
+        atWall_(wall == WallFaces::atWall),
+        layer_(!atWall_ &&
+               std::all_of(t_.bodies.begin(), t_.bodies.end(), [](auto& body) { return body.primary; })) {
+    for (std::size_t i = 0; i < t_.tetrahedra.size(); ++i) split(static_cast<int>(i));
+    findWallFaces();
+    if (atWall_) giveAway();
+    addWallFaces();
+  }
+
+  CatCells cells() {
+    std::stable_sort(facets_.begin(), facets_.end(),
+                     [](const Facet& a, const Facet& b) { return a.label < b.label; });
+    int objects = 0;
+    for (const TetrahedraBody& body : t_.bodies) objects = std::max(objects, body.object + 1);
+    CatCells result;
+    result.cells.resize(objects);
+    for (std::size_t from = 0, to = 0; from < facets_.size(); from = to) {
+      const int label = facets_[from].label;
+      for (to = from; to < facets_.size() && facets_[to].label == label;) ++to;
+      const Vec3 shift = label == wallLabel ? Vec3(Vec3::Zero()) : t_.bodies[label].shift;
+      (label == wallLabel ? result.wallLayer : result.cells[t_.bodies[label].object]) =
+          meshOf(from, to, shift);
+    }
+    return result;
+  }
+
+ private:
+  int label(int point) const { return t_.labels[point]; }
+  bool isWall(int point) const { return label(point) == wallLabel; }
+
+  Middle middle(std::initializer_list<int> points) const {
+    Middle m{-1, -1, -1, -1};
+    std::copy(points.begin(), points.end(), m.begin());
+    std::sort(m.begin(), m.begin() + points.size());
+    if (!atWall_) return m;
+    // Split points are moved to the container's corner; two of them are never requested.
+    const auto onWall = std::find_if(points.begin(), points.end(), [&](int p) { return isWall(p); });
+    return onWall == points.end() ? m : Middle{*onWall, -1, -1, -1};
+  }
+
+  /// Triangles of a face, a convex polygon that is counter-clockwise as seen from the second side.
+  void add(int first, int second, const std::vector<Middle>& polygon) {
+    if (atWall_ && (first == wallLabel || second == wallLabel)) return;
+    for (std::size_t k = 1; k + 1 < polygon.size(); ++k) {
+      const Middle &a = polygon[0], &b = polygon[k], &c = polygon[k + 1];
+      if (a == b || b == c || c == a) continue;  // merged at the wall
+      addFacet(first, {a, b, c});
+      addFacet(second, {a, c, b});
+    }
+  }
+  void addFacet(int label, const std::array<Middle, 3>& corners) {
+    if (label == wallLabel ? layer_ : t_.isPrimary(label)) facets_.push_back({label, corners});
+  }
+
+  void split(int index) {
+    const Tetrahedron& t = t_.tetrahedra[index];
+    const ChordalPattern& pattern = chordalPattern(label(t[0]), label(t[1]), label(t[2]), label(t[3]));
+    std::array<int, 4> p;
+    int inversions = 0;
+    for (int k = 0; k < 4; ++k) {
+      p[k] = t[pattern.order[k]];
+      for (int j = 0; j < k; ++j) inversions += pattern.order[j] > pattern.order[k];
+    }
+    // Make the volume of a, b, c, d positive: exchange two corners with the same label or, if all differ, any
+    // two.
+    int a = p[0], b = p[1], c = p[2], d = p[3];
+    if (inversions % 2 == 1) {
+      if (pattern.kind == ChordalCase::allDifferent)
+        std::swap(c, d);
+      else
+        std::swap(a, b);
+    }
+    const auto m = [&](auto... points) { return middle({points...}); };
+    switch (pattern.kind) {
+      case ChordalCase::none:
+        break;
+      case ChordalCase::threeOne:
+        add(label(a), label(d), {m(a, d), m(b, d), m(c, d)});
+        break;
+      case ChordalCase::twoTwo:
+        add(label(a), label(c), {m(a, c), m(a, d), m(b, d), m(b, c)});
+        break;
+      case ChordalCase::twoOneOne:
+        add(label(a), label(c), {m(a, c), m(a, c, d), m(b, c, d), m(b, c)});
+        add(label(a), label(d), {m(a, d), m(b, d), m(b, c, d), m(a, c, d)});
+        add(label(c), label(d), {m(c, d), m(a, c, d), m(b, c, d)});
+        break;
+      case ChordalCase::allDifferent: {
+        const auto between = [&](int i, int j, int k, int l) {
+          add(label(i), label(j), {m(i, j), m(i, j, k), m(i, j, k, l), m(i, j, l)});
+        };
+        between(a, b, c, d);
+        between(a, c, d, b);
+        between(a, d, b, c);
+        between(b, c, a, d);
+        between(b, d, c, a);
+        between(c, d, a, b);
+        break;
+      }
+    }
+  }
+
+  void findWallFaces() {
+    for (std::size_t i = 0; i < t_.tetrahedra.size(); ++i) {
+      const Tetrahedron& t = t_.tetrahedra[i];
+      const auto wallCorners = std::count_if(t.begin(), t.end(), [&](int p) { return isWall(p); });
+      if (wallCorners < 3) continue;
+      const int number = static_cast<int>(wallTetrahedra_.size());
+      wallTetrahedra_.push_back({static_cast<int>(i), wallLabel});
+      for (int k = 0; k < 4; ++k) {
+        if (!isWall(t[k])) wallTetrahedra_.back().owner = label(t[k]);
+        if (wallCorners == 3 && isWall(t[k])) continue;
+        std::array<int, 3> points{t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]};
+        std::sort(points.begin(), points.end());
+        wallFaces_.push_back({points, number, k});
+      }
+    }
+    std::sort(wallFaces_.begin(), wallFaces_.end(), [](const WallFace& a, const WallFace& b) {
+      return a.points != b.points ? a.points < b.points : a.tetrahedron < b.tetrahedron;
+    });
+  }
+
+  /// The other tetrahedron at a face; -1: none.
+  int beyond(std::size_t face) const {
+    if (face > 0 && sameFace(wallFaces_[face - 1], wallFaces_[face])) return wallFaces_[face - 1].tetrahedron;
+    if (face + 1 < wallFaces_.size() && sameFace(wallFaces_[face + 1], wallFaces_[face]))
+      return wallFaces_[face + 1].tetrahedron;
+    return -1;
+  }
+
+  /// Tetrahedra with all corners on the container are assigned to neighbouring cells, layer by layer inwards.
+  void giveAway() {
+    struct Offer {
+      double area = 0.0;
+      int owner = wallLabel;
+    };
+    for (bool changed = true; changed;) {
+      changed = false;
+      std::vector<Offer> best(wallTetrahedra_.size());
+      for (std::size_t f = 0; f < wallFaces_.size(); ++f) {
+        const int here = wallFaces_[f].tetrahedron, there = beyond(f);
+        if (there < 0 || wallTetrahedra_[here].owner != wallLabel ||
+            wallTetrahedra_[there].owner == wallLabel)
+          continue;
+        const auto& [p, q, r] = wallFaces_[f].points;
+        const double area = (t_.points[q] - t_.points[p]).cross(t_.points[r] - t_.points[p]).norm();
+        if (area > best[here].area) best[here] = {area, wallTetrahedra_[there].owner};
+      }
+      for (std::size_t i = 0; i < best.size(); ++i)
+        if (best[i].owner != wallLabel) {
+          wallTetrahedra_[i].owner = best[i].owner;
+          changed = true;
+        }
+    }
+  }
+
+  /// Faces on the container belong to the surface of a cell at the wall if something else is beyond them, and
+  /// to that of the wall layer where it ends.
+  void addWallFaces() {
+    for (std::size_t f = 0; f < wallFaces_.size(); ++f) {
+      const WallTetrahedron& here = wallTetrahedra_[wallFaces_[f].tetrahedron];
+      const int there = beyond(f);
+      const int owner = atWall_ ? here.owner : wallLabel;
+      const int other = there < 0 ? outside : atWall_ ? wallTetrahedra_[there].owner : wallLabel;
+      if (owner == other || (atWall_ && owner == wallLabel)) continue;
+      // Seen from corner k of a tetrahedron of positive volume, the other corners in this order are
+      // counter-clockwise from outside.
+      static constexpr int facing[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+      const Tetrahedron& t = t_.tetrahedra[here.index];
+      std::array<Middle, 3> corners;
+      for (int k = 0; k < 3; ++k) corners[k] = {t[facing[wallFaces_[f].opposite][k]], -1, -1, -1};
+      addFacet(owner, corners);
+    }
+  }
+
+  TriangleMesh meshOf(std::size_t from, std::size_t to, const Vec3& shift) const {
+    std::vector<Middle> middles;
+    for (std::size_t f = from; f < to; ++f)
+      middles.insert(middles.end(), facets_[f].corners.begin(), facets_[f].corners.end());
+    std::sort(middles.begin(), middles.end());
+    middles.erase(std::unique(middles.begin(), middles.end()), middles.end());
+    TriangleMesh mesh;
+    for (const Middle& m : middles) {
+      Vec3 sum = Vec3::Zero();
+      int count = 0;
+      for (const int p : m)
+        if (p >= 0) {
+          sum += t_.points[p];
+          ++count;
+        }
+      mesh.vertices.push_back(sum / count - shift);
+    }
+    for (std::size_t f = from; f < to; ++f) {
+      Triangle triangle;
+      for (int k = 0; k < 3; ++k)
+        triangle[k] = static_cast<int>(
+            std::lower_bound(middles.begin(), middles.end(), facets_[f].corners[k]) - middles.begin());
+      mesh.triangles.push_back(triangle);
+    }
+    return atWall_ ? separateTouchingParts(mesh) : mesh;
+  }
+
+  static constexpr int outside = -2;
+
+  const Tetrahedra& t_;
+  bool atWall_;
+  bool layer_;  ///< whether the wall layer is requested
+  std::vector<Facet> facets_;
+  std::vector<WallTetrahedron> wallTetrahedra_;
+  std::vector<WallFace> wallFaces_;
+};
+
+}  // namespace
+
+CatCells catCells(const Tetrahedra& tetrahedra, WallFaces wall) {
+  return CellBuilder(tetrahedra, wall).cells();
+}
+
+}  // namespace packmesh

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/cat/step_halving.h"
+
+#include <algorithm>
+
+#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/overlap_finder.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/cat/is_fixed.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/parallel/periodic_images.h"
+
+namespace packmesh {
+namespace {
+
+/// Smaller fractions of a step are not tried.
+constexpr double shortestPart = 1.0 / 8.0;
+
+/// Cells that a thread tests against the wall at a time.
+constexpr std::int64_t cellsPerPart = 64;
+
+bool moves(const Body& body, const GrowthStep& step) {
+  return step.scale != body.scale || !step.rotation.isZero(0.0) || !step.translation.isZero(0.0);
+}
+
+}  // namespace
+
+std::optional<std::string> StepHalving::misplacement(const Body& body, const PlacedCell& cell) const {
+  const Freedom& freedom = physics_.species[cell.species].freedom;
+  // Relaxation, from which cells come, tolerates centres this far outside their region.
+  if (freedom.region && !freedom.fixed &&
+      freedom.region->distance(body.position).distance < -tolerance::relaxationTolerance)
+    return "leaves its region";
+  const Wall* wall = physics_.wallOf(cell.species);
+  if (!wall) return {};
+  const Shape& shape = physics_.shapeOf(cell.species);
+  const double clearance = physics_.wallClearanceOf(cell.species);
+  if (wall->isAway(boundingSphere(shape.hierarchy(), cell.placement), clearance)) return {};
+  WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, clearance);
+  if (!verdict.violation && verdict.gap < clearance) return "is nearer to the wall than the clearance";
+  return std::move(verdict.violation);
+}
+
+Certificate StepHalving::examineOwn(const GrowingCells& cells) const {
+  std::vector<PlacedCell> placedCells;
+  std::vector<std::int64_t> own;
+  Certificate faults;
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(cells.all().size()); ++i) {
+    placedCells.push_back(placed(cells.all()[i]));
+    if (!cells.isOwn(i)) continue;
+    own.push_back(i);
+    if (auto reason = misplacement(cells.all()[i], placedCells.back()))
+      faults.misplaced.push_back({i, std::move(*reason)});
+  }
+  faults.overlapping = findOverlaps(certificateInputOf(physics_, placedCells, execution_.threads), own);
+  faults.cells = static_cast<std::int64_t>(own.size());
+  return faults;
+}
+
+Certificate StepHalving::examine(const GrowingCells& cells) const {
+  Certificate faults = examineOwn(cells);
+  const auto ofOthers = [&](const OverlappingPair& pair) { return !cells.isOwn(pair.first); };
+  faults.overlapping.erase(std::remove_if(faults.overlapping.begin(), faults.overlapping.end(), ofOthers),
+                           faults.overlapping.end());
+  std::vector<std::int64_t> ids;
+  for (const Body& body : cells.all()) ids.push_back(body.id);
+  return ofAllRanks(faults, ids, execution_.communicator);
+}
+
+Certificate StepHalving::examine(const std::vector<Body>& cells,
+                                 const std::vector<std::int64_t>& which) const {
+  std::vector<PlacedCell> placedCells;
+  for (const Body& body : cells) placedCells.push_back(placed(body));
+  Certificate faults;
+  faults.overlapping = findOverlaps(certificateInputOf(physics_, placedCells, execution_.threads), which);
+  for (const std::int64_t i : which)
+    if (auto reason = misplacement(cells[i], placedCells[i])) faults.misplaced.push_back({i, *reason});
+  return faults;
+}
+
+void StepHalving::take(const std::vector<GrowthStep>& steps, const CellSurroundings& surroundings,
+                       GrowingCells& cells, StepHalvingSums& sums) const {
+  std::vector<Body>& bodies = cells.all();
+  const Box bounds = physics_.container->bounds();
+  const Vec3 period = physics_.container->period();
+  std::vector<Pose> before(bodies.size());
+  std::vector<Vec3> listed(bodies.size());    // positions before the steps
+  std::vector<char> tried(bodies.size(), 0);  // own cells that have a step to take
+  const auto place = [&](std::int64_t i) {
+    Body& body = bodies[i];
+    const std::optional<AxisCone>& cone = physics_.species[body.species].freedom.cone;
+    Pose pose = stepped(before[i], steps[i], body.stepTaken, cone ? &*cone : nullptr);
+    if (body.stepTaken > 0.0) pose.position = wrapped(pose.position, bounds, period);
+    body.setPose(pose);
+    body.changed = body.touched = true;
+  };
+  const auto forAll = [&](const auto& work) {
+    execution_.threads.forEachPart(static_cast<std::int64_t>(bodies.size()),
+                                   [&](std::int64_t begin, std::int64_t end, int) {
+                                     for (std::int64_t i = begin; i < end; ++i) work(i);
+                                   });
+  };
+  forAll([&](std::int64_t i) {
+    Body& body = bodies[i];
+    listed[i] = body.position;
+    body.touched = false;
+    if (!cells.isOwn(i)) return;
+    body.stepTaken = 1.0;
+    if (isFixed(physics_, body) || !moves(body, steps[i])) return;
+    before[i] = body.pose();
+    tried[i] = 1;
+    place(i);
+  });
+  sums.steps += std::count(tried.begin(), tried.end(), 1);
+
+  std::vector<PlacedCell> placedCells(bodies.size());
+  CertificateInput input = certificateInputOf(physics_, placedCells, execution_.threads);
+  input.own = &cells.ownFlags();
+  const OverlapFinder overlaps(input, surroundings.neighbors(), std::move(listed));
+  std::vector<std::int64_t> changed;
+  for (bool first = true;; first = false) {
+    cells.updateGhosts();
+    changed.clear();
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i)
+      if (bodies[i].touched) changed.push_back(i);
+    forAll([&](std::int64_t i) {
+      if (first || bodies[i].touched) placedCells[i] = placed(bodies[i]);
+      bodies[i].touched = false;
+    });
+    std::vector<char> offends(bodies.size(), 0);
+    for (const OverlappingPair& pair : overlaps(changed)) {
+      offends[pair.first] = offends[pair.second] = 1;
+      sums.violatingPairs += first && cells.isOwn(pair.first);
+    }
+    std::vector<char> misplaced(changed.size(), 0);
+    execution_.threads.forEachPart(
+        static_cast<std::int64_t>(changed.size()),
+        [&](std::int64_t begin, std::int64_t end, int) {
+          for (std::int64_t k = begin; k < end; ++k) {
+            const std::int64_t i = changed[k];
+            misplaced[k] = cells.isOwn(i) && misplacement(bodies[i], placedCells[i]);
+          }
+        },
+        cellsPerPart);
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+      if (!misplaced[k]) continue;
+      offends[changed[k]] = 1;
+      sums.misplaced += first;
+    }
+    bool any = false;
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
+      Body& body = bodies[i];
+      if (!offends[i] || !tried[i] || body.stepTaken == 0.0) continue;
+      body.stepTaken = body.stepTaken > shortestPart ? 0.5 * body.stepTaken : 0.0;
+      sums.stayed += body.stepTaken == 0.0;
+      place(i);
+      any = true;
+    }
+    if (!execution_.communicator.any(any)) return;
+  }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Tetrahedra between objects (thesis 3.1.2.1), of which CAT cells are composed.
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "packMesh/cat/tetgen_data.h"
+#include "packMesh/mesh/mesh_intersection.h"
+
+namespace packmesh {
+
+/// TetGen failed on input that passed every check.
+class TetrahedraError : public std::runtime_error {
+ public:
+  explicit TetrahedraError(const std::string& what, int attempts = 1)
+      : std::runtime_error(what), attempts_(attempts) {}
+  int attempts() const { return attempts_; }  ///< runs of TetGen that failed
+
+ private:
+  int attempts_;
+};
+
+/// A closed, outward-oriented mesh and its placement.
+struct PlacedMesh {
+  const MeshHierarchy* mesh = nullptr;
+  Placement placement;
+};
+
+/// An object, or a periodic image of one, in a tetrahedralisation.
+struct TetrahedraBody {
+  int object;
+  Vec3 shift;          ///< translation from the given position [µm]
+  bool primary;        ///< the tetrahedra at it are wanted
+  int given = -1;      ///< its index in TetrahedraInput::bodies
+  int firstPoint = 0;  ///< its points are numbered from here on, its mesh's vertices first
+};
+
+enum class TetrahedraKind {
+  constrained,  ///< surfaces are unions of faces of tetrahedra (CDT)
+  delaunay,     ///< of the vertices alone: tetrahedra may intersect surfaces. Takes a quarter of the time
+};
+
+enum class TetrahedraKept {
+  freeSpace,  ///< those outside of all objects and inside the container
+  joining,  ///< of these, those that join a primary body to another one or the container: required by growth
+};
+
+/// Input of a tetrahedralisation.
+struct TetrahedraInput {
+  std::vector<PlacedMesh> objects;
+  std::vector<std::string> names;  ///< of objects, for messages; those without are referred to by number
+  const MeshHierarchy* container =
+      nullptr;                 ///< closed surface; nullptr: up to the convex hull, or periodic images
+  Vec3 period = Vec3::Zero();  ///< [µm], 0: not periodic along this axis
+  Box bounds;                  ///< of one period, needed along periodic axes
+  /// Objects and images of them to be tetrahedralised, in any order; only `object`, `shift` and `primary` are
+  /// read. Empty: all objects within the bounds, as primary bodies, and their images up to the margin.
+  std::vector<TetrahedraBody> bodies;
+  /// Per entry of `bodies`, which of its vertices are points, and with them the triangles between these;
+  /// empty: all. For TetrahedraKept::joining, where parts of surfaces that face no other within reach can do
+  /// without.
+  std::vector<std::vector<char>> points;
+  /// Images of objects up to this distance outside the bounds are included [µm]; 0: as far as necessary for
+  /// the tetrahedra at primary bodies to be those of the infinite periodic arrangement.
+  double margin = 0.0;
+  TetrahedraKind kind = TetrahedraKind::constrained;
+  TetrahedraKept kept = TetrahedraKept::freeSpace;  ///< always `joining` for plain Delaunay tetrahedra
+  /// The caller has established, by exact tests, what requireValid() would.
+  bool valid = false;
+  /// Whether the message names objects that TetGen finds to intersect, which takes another run.
+  bool explain = true;
+  std::function<bool()> stop = {};  ///< see runTetgen()
+  int failingAttempts = 0;          ///< for tests: number of attempts that are treated as failed
+};
+
+/// Label of the container's points.
+inline constexpr int wallLabel = -1;
+
+struct Tetrahedra {
+  std::vector<Vec3> points;             ///< [µm]
+  std::vector<int> labels;              ///< per point: number of its body, or wallLabel
+  std::vector<int> vertices;            ///< per point: which vertex of its mesh, -1: a Steiner point
+  std::vector<Tetrahedron> tetrahedra;  ///< of positive volume
+  /// In an order that depends on their positions, not on the numbering of objects. So does everything else.
+  std::vector<TetrahedraBody> bodies;
+  int attempts = 0;  ///< runs of TetGen that it took, failed ones included
+
+  bool isPrimary(int label) const { return label != wallLabel && bodies[label].primary; }
+  const Vec3& corner(int tetrahedron, int k) const { return points[tetrahedra[tetrahedron][k]]; }
+};
+
+}  // namespace packmesh
