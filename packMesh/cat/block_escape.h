@@ -6,11 +6,18 @@
 #include <functional>
 #include <vector>
 
-#include "packMesh/cat/escape_settings.h"
+#include "packMesh/cat/cat_settings.h"
 #include "packMesh/cat/holes.h"
 #include "packMesh/cat/rooms.h"
 
 namespace packmesh {
+
+/// The assignment of rows to columns with the largest sum of scores: Hungarian algorithm with shortest
+/// augmenting paths (H. Kuhn, Naval Research Logistics Quarterly 2, 1955; J. Munkres, J. SIAM 5, 1957),
+/// O(n³).
+/// @param scores square matrix; scores[row][column], finite
+/// @return the column of each row
+std::vector<int> bestAssignment(const std::vector<std::vector<double>>& scores);
 
 /// Part of the reserve, per species.
 struct ReserveShare {

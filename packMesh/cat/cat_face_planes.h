@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Planes from the CAT faces of tetrahedra between the cells (thesis 3.1.2).
+/// @file Planes from the faces of CAT cells, between the parts of surfaces that come within reach.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,60 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/cat/cat_settings.h"
 #include "packMesh/cat/chord_planes.h"
-#include "packMesh/cat/reached_bodies.h"
+#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/levels_of_detail.h"
+#include "packMesh/cat/planes.h"
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/problem/execution.h"
 
 namespace packmesh {
+
+/// For every object, the planes of its CAT faces, each with the vertex that it constrains (v, q, n of the
+/// thesis).
+/// @param objects as passed to tetrahedralise()
+/// @param minimumCosine excludes faces whose normal is unrelated to the gap: those for which the largest
+///   cosine of the angle between the normal and an edge of the tetrahedron that crosses the face is smaller
+///   than this. Slivers have such faces, and they lock cells (0.3 is a good value); 0: all faces, as in the
+///   thesis
+/// @param reach per object, upper bound of the displacement of any of its points [µm]: planes further away
+///   are left out; empty: none are
+PlaneConstraints planesOfFaces(const Tetrahedra& tetrahedra, const ChordalFaces& faces,
+                               const std::vector<PlacedMesh>& objects, double minimumCosine,
+                               const std::vector<double>& reach = {});
+
+/// The cells of a request and those that come within their reach, with the images of cells that do.
+struct ReachedBodies {
+  std::vector<std::int64_t> members;   ///< cells, ascending
+  std::vector<TetrahedraBody> bodies;  ///< members are their objects; by member, then by shift
+  std::vector<NearPair> pairs;         ///< of cells, at least one of them requested
+};
+
+ReachedBodies bodiesWithinReach(const PlaneRequest& request);
+
+/// A mesh of a cell in its body frame, and which of its vertices are points.
+struct ReachingMesh {
+  MeshHierarchy hierarchy;
+  /// Those that are whatever is within reach: corners of triangles so large that they can face another
+  /// surface although no corner is within reach of it.
+  std::vector<char> always;
+  /// Distances from other surfaces up to which they are [µm at scale 1]: those that a coarser level of detail
+  /// has, too, are farther.
+  std::vector<double> within;
+};
+
+/// The meshes of all levels of detail of a shape, finest first.
+/// @param size cube root of the volume [µm]
+std::vector<std::unique_ptr<const ReachingMesh>> reachingMeshes(const LevelsOfDetail& levels, double size);
+
+/// Which vertices of each body are points: those within reach of the body that it is near to, as far as their
+/// level of detail counts, and those that share a triangle with them. A body that is not requested has those
+/// near to a requested one.
+/// @param meshes of the members
+std::vector<std::vector<char>> pointsWithinReach(const PlaneRequest& request, const ReachedBodies& reached,
+                                                 const std::vector<const ReachingMesh*>& meshes,
+                                                 const ChordPlanes& chords);
 
 /// Statistics of tetrahedralisation on one rank.
 struct TetrahedraSums {
@@ -71,5 +119,10 @@ class CatFacePlanes : public PlaneFunction {
   TetrahedraSums& sums_;
   std::mutex sumsMutex_;  ///< of sums_.faceSeconds
 };
+
+/// References physics, execution and sums, which must outlive it.
+/// @param sums statistics of tetrahedralisation are added to this
+std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const Physics& physics,
+                                                 const Execution& execution, TetrahedraSums& sums);
 
 }  // namespace packmesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/chord_kernel.h"
+#include "packMesh/cat/growth_kernels.h"
 
 #include "packMesh/shape/field_lanes.h"
 

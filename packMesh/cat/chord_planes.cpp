@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "packMesh/cat/is_fixed.h"
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/levels_of_detail.h"
 
 namespace packmesh {

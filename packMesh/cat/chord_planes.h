@@ -6,11 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "packMesh/field/sampled_distance.h"
-#include "packMesh/cat/chord_kernel.h"
+#include "packMesh/cat/growth_kernels.h"
 #include "packMesh/cat/levels_of_detail.h"
-#include "packMesh/cat/plane_function.h"
-#include "packMesh/cat/resampling.h"
+#include "packMesh/cat/planes.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/shape/surface_distance.h"
 
 namespace packmesh {

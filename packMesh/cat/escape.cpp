@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "packMesh/core/timer.h"
 #include "packMesh/cat/block_escape.h"
+#include "packMesh/core/timer.h"
 
 namespace packmesh {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/cat/escape_settings.h"
-#include "packMesh/cat/local_growth.h"
+#include "packMesh/cat/cat_settings.h"
+#include "packMesh/cat/rooms.h"
 
 namespace packmesh {
 

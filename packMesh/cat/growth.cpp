@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "packMesh/cat/growing_cells.h"
+#include "packMesh/cat/growth_relaxation.h"
+#include "packMesh/cat/levels_of_detail.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/thread_timer.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/cat/barrier_relaxation.h"
-#include "packMesh/cat/is_fixed.h"
-#include "packMesh/cat/resampling.h"
 
 namespace packmesh {
 namespace {

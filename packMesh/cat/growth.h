@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
+#include "packMesh/cat/cat_settings.h"
 #include "packMesh/cat/growing_cells.h"
-#include "packMesh/cat/growth_settings.h"
-#include "packMesh/cat/plane_function.h"
+#include "packMesh/cat/planes.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/parallel/per_thread.h"
 

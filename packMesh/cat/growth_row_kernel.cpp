@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/growth_row_kernel.h"
+#include "packMesh/cat/growth_kernels.h"
 
 #include "packMesh/simd/lanes.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file packmesh-tetgen: reads surfaces and writes tetrahedra between them, by TetGen. Started by packMesh
-/// alone (cat/tetgen_program.h), once for each run; it may crash or be ended at any time.
+/// alone (cat/tetgen_run.h), once for each run; it may crash or be ended at any time.
 #define TETLIBRARY
 #include <tetgen.h>
 
@@ -17,8 +17,8 @@
 #include <thread>
 #include <type_traits>
 
-#include "packMesh/core/box.h"
 #include "packMesh/cat/tetgen_data.h"
+#include "packMesh/core/box.h"
 
 using namespace packmesh;
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/certificate/overlap_finder.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/cat/is_fixed.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/periodic_images.h"
 

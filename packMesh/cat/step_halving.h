@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/certificate/certificate.h"
-#include "packMesh/cat/cell_surroundings.h"
 #include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/growth_program.h"
+#include "packMesh/certificate/certificate.h"
 
 namespace packmesh {
 

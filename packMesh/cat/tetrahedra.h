@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Tetrahedra between objects (thesis 3.1.2.1), of which CAT cells are composed.
+/// @file Objects, the space between them (thesis 3.1.2.1), and tetrahedra in it, of which CAT cells are
+/// composed.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "packMesh/cat/tetgen_data.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 
@@ -91,5 +95,36 @@ struct Tetrahedra {
   bool isPrimary(int label) const { return label != wallLabel && bodies[label].primary; }
   const Vec3& corner(int tetrahedron, int k) const { return points[tetrahedra[tetrahedron][k]]; }
 };
+
+/// "object 3", or its name if it has one.
+std::string nameOf(const TetrahedraInput& input, int object);
+
+/// TetrahedraInput::bodies, or objects translated by whole periods into the bounds and their images up to
+/// `margin` outside; sorted by position. Their points are not numbered yet.
+std::vector<TetrahedraBody> bodiesAround(const TetrahedraInput& input, double margin);
+
+/// Placement of a body.
+Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body);
+
+/// Surface of the container as far as bodies up to `margin` outside of the bounds can extend; empty without a
+/// container.
+std::optional<MeshHierarchy> containerAround(const TetrahedraInput& input, double margin);
+
+/// Largest radius of the objects' bounding spheres [µm].
+double largestRadius(const TetrahedraInput& input);
+
+/// Closed surface of a container together with `images[k]` images of it on either side along each periodic
+/// axis k. The triangles in the planes that bound one period are openings, where images are joined.
+/// @param surface closed, of one period; @param bounds of that period [µm]
+/// @param period [µm], 0: not periodic
+/// @throws InputError if the two ends along an axis are not flat, or do not match vertex by vertex
+TriangleMesh repeatedSurface(const TriangleMesh& surface, const Box& bounds, const Vec3& period,
+                             const std::array<int, 3>& images);
+
+/// Refuses input that TetGen cannot process: TetGen 1.5 crashes on surfaces that intersect.
+/// @throws MeshError naming the object whose mesh is open, intersects itself, is flat ... (see repairClosed)
+/// @throws InputError naming the objects that overlap or contain each other (exact, periodic images
+///   included), or the one that is not inside the container
+void requireValid(const TetrahedraInput& input);
 
 }  // namespace packmesh

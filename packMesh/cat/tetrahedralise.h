@@ -1,10 +1,24 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Tetrahedra by TetGen.
+/// @file Tetrahedra between objects, by runs of TetGen.
 #pragma once
 
+#include <vector>
+
+#include "packMesh/cat/tetgen_data.h"
 #include "packMesh/cat/tetrahedra.h"
 
 namespace packmesh {
+
+/// The triangles that are not faces of the tetrahedra: indices, ascending. Takes about as long as one pass
+/// over the tetrahedra.
+/// @param points number of points
+std::vector<int> missingTriangles(const std::vector<Triangle>& triangles,
+                                  const std::vector<Tetrahedron>& tetrahedra, std::size_t points);
+
+/// The triangles that are, most likely, not faces of the Delaunay tetrahedra of the points: those for which
+/// no empty sphere of up to about the triangle's size through their corners was found. Takes a hundredth of
+/// the time of a tetrahedralisation.
+std::vector<int> likelyMissing(const std::vector<Triangle>& triangles, const std::vector<Vec3>& points);
 
 /// Tetrahedra with vertices on the objects and the container.
 ///

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "packMesh/cat/growth_relaxation.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/cat/seeding.h"
 #include "packMesh/packing/placed_cells.h"
 
 namespace packmesh {

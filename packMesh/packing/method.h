@@ -4,9 +4,7 @@
 
 #include <optional>
 
-#include "packMesh/cat/escape_settings.h"
-#include "packMesh/cat/growth_settings.h"
-#include "packMesh/cat/plane_source.h"
+#include "packMesh/cat/cat_settings.h"
 
 namespace packmesh {
 

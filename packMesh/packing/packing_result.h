@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "packMesh/cat/cat_face_planes.h"
+#include "packMesh/cat/escape.h"
+#include "packMesh/cat/growth.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/pose.h"
-#include "packMesh/cat/escape.h"
-#include "packMesh/cat/cat_face_planes.h"
-#include "packMesh/cat/growth.h"
 #include "packMesh/problem/cell.h"
 
 namespace packmesh {

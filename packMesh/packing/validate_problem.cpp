@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/cat/tetgen_run.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
-#include "packMesh/cat/tetgen_program.h"
 
 namespace packmesh {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "packMesh/cat/chordal_split.h"
-#include "packMesh/cat/linear_program.h"
+#include "packMesh/cat/growth_program.h"
 #include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/mesh/hull_separation.h"
 #include "packMesh/mesh/mesh_intersection.h"

@@ -5,7 +5,7 @@
 - Includes point down the lists of folders in contributing.md, never up; the library never includes the adapter.
 - In that list, the engines and what judges and measures their results stand before packing/, which calls them.
 - No cycle between files; a header and its source count as one.
-- A class is declared in the header that has its name.
+- A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
 """
 import pathlib
@@ -14,6 +14,7 @@ import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
 ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement", "cat")]
+MOST_LINES = 600
 faults = []
 
 
@@ -91,12 +92,20 @@ def file_of(name):
 
 
 def check_classes():
+    headers = {path.stem for path in sources() if path.suffix == ".h"}
     for path in sources():
         if path.suffix != ".h":
             continue
         for name in re.findall(r"^class (\w+)(?: final)?(?: :[^{;]*)? \{", (ROOT / path).read_text(), re.M):
-            if file_of(name) != path.stem and not name.endswith("Error"):  # errors stand with what throws them
+            if file_of(name) != path.stem and file_of(name) in headers:
                 faults.append(f"{path}: class {name} belongs in {file_of(name)}.h")
+
+
+def check_lengths():
+    for path in sources():
+        lines = (ROOT / path).read_text().count("\n")
+        if lines > MOST_LINES:
+            faults.append(f"{path} has {lines} lines, more than {MOST_LINES}")
 
 
 def check_tolerances():
@@ -120,6 +129,7 @@ def check_tolerances():
 check_includes()
 check_cycles()
 check_classes()
+check_lengths()
 check_tolerances()
 print("\n".join(faults))
 print(f"{len(faults)} breaches of the rules in docs/contributing.md")

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "packMesh/cat/plane_function.h"
-#include "packMesh/cat/seeding.h"
+#include "packMesh/cat/growth_relaxation.h"
+#include "packMesh/cat/planes.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/placement/placement.h"
 

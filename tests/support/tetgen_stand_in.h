@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "packMesh/cat/tetgen_program.h"
+#include "packMesh/cat/tetgen_run.h"
 #include "tests/support/temporary_folder.h"
 
 namespace packmesh::test {

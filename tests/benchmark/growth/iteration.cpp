@@ -6,7 +6,6 @@
 
 #include "packMesh/cat/cat_face_planes.h"
 #include "packMesh/cat/growth.h"
-#include "packMesh/cat/plane_source.h"
 #include "packMesh/packing/growth_stage.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"

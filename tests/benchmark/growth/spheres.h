@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/cat/tetrahedra.h"
+#include "packMesh/container/primitives.h"
 #include "packMesh/packing/pack.h"
 #include "tests/benchmark/growth/cases.h"
 

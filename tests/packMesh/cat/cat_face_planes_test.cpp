@@ -8,9 +8,9 @@
 #include <fstream>
 #include <limits>
 
-#include "packMesh/certificate/certify.h"
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/growth.h"
+#include "packMesh/certificate/certify.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/tetgen_stand_in.h"

@@ -5,11 +5,10 @@
 #include <memory>
 #include <vector>
 
+#include "packMesh/cat/cat_face_planes.h"
+#include "packMesh/cat/escape.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
-#include "packMesh/cat/escape.h"
-#include "packMesh/cat/cat_face_planes.h"
-#include "packMesh/cat/plane_source.h"
 #include "tests/support/bodies.h"
 #include "tests/support/physics.h"
 

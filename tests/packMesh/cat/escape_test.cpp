@@ -3,9 +3,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/certificate/certify.h"
+#include "packMesh/cat/cat_face_planes.h"
 #include "packMesh/cat/holes.h"
-#include "packMesh/cat/plane_source.h"
+#include "packMesh/certificate/certify.h"
 #include "tests/packMesh/cat/escape_scene.h"
 #include "tests/support/bodies.h"
 #include "tests/support/growing.h"

@@ -3,11 +3,11 @@
 
 #include <catch2/catch.hpp>
 
+#include "packMesh/cat/chord_planes.h"
+#include "packMesh/cat/growth_relaxation.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
-#include "packMesh/cat/barrier_relaxation.h"
-#include "packMesh/cat/chord_planes.h"
 #include "tests/support/growing.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/linear_program.h"
+#include "packMesh/cat/growth_program.h"
 
 #include <glpk.h>
 

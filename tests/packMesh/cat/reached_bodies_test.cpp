@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/reached_bodies.h"
+#include "packMesh/cat/cat_face_planes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

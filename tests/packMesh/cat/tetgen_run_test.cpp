@@ -7,7 +7,6 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/helper_process.h"
-#include "packMesh/cat/tetgen_program.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/support/tetgen_stand_in.h"
 

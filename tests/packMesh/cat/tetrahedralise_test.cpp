@@ -7,7 +7,6 @@
 #include <map>
 #include <set>
 
-#include "packMesh/cat/missing_triangles.h"
 #include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_intersection.h"

@@ -329,7 +329,7 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
     std::shared_ptr<const Container> of_;
     double error_;
   };
-  for (const auto &[clearance, layer] : {std::pair(0.0, 0.0), {0.3, 0.0}, {0.0, 0.3}}) {
+  for (const auto& [clearance, layer] : {std::pair(0.0, 0.0), {0.3, 0.0}, {0.0, 0.3}}) {
     CAPTURE(clearance, layer);
     const std::shared_ptr<const Container> cylinder = makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, false);
     PackingProblem problem = redCellProblem(cylinder, 0.35);

@@ -15,9 +15,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "packMesh/cat/chord_kernel.h"
-#include "packMesh/cat/growth_row_kernel.h"
-#include "packMesh/cat/linear_program_kernel.h"
+#include "packMesh/cat/growth_kernels.h"
 #include "packMesh/mesh/hierarchy_kernel.h"
 #include "packMesh/mesh/triangle_kernel.h"
 #include "packMesh/relaxation/contact_kernel.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/resampling.h"
+#include "packMesh/cat/levels_of_detail.h"
 
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
-#include "packMesh/cat/levels_of_detail.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/support/shapes.h"

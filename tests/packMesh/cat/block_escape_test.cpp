@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/assignment.h"
+#include "packMesh/cat/block_escape.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

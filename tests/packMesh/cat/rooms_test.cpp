@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/local_growth.h"
+#include "packMesh/cat/rooms.h"
 
 #include <catch2/catch.hpp>
 
 #include "packMesh/cat/cat_face_planes.h"
-#include "packMesh/cat/plane_source.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <catch2/catch.hpp>
 
-#include "packMesh/core/error.h"
-#include "packMesh/cat/require_valid.h"
+#include "packMesh/cat/tetrahedra.h"
 #include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/core/error.h"
 #include "tests/packMesh/cat/cat_scenes.h"
 
 using namespace packmesh;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/seeding.h"
+#include "packMesh/cat/growth_relaxation.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/growth_settings.h"
+#include "packMesh/cat/cat_settings.h"
 
 #include <cmath>
 #include <limits>

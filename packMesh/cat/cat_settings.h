@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The parameters of growth (thesis Table 3.2, and additional ones).
+/// @file The settings of growth and escapes.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 namespace packmesh {
+
+/// Construction of the planes within which cells grow.
+enum class PlaneSource {
+  chords,  ///< shortest chords between neighbours, from distance fields
+  /// CAT faces of tetrahedra, as in the thesis. Digests of problems contain the number; 1 was another source.
+  catFaces = 2,
+};
 
 /// The values of the thesis are in brackets.
 struct GrowthSettings {
@@ -54,5 +62,15 @@ struct GrowthSettings {
 
 /// @throws InputError naming the parameter that is out of its range
 void validate(const GrowthSettings& settings);
+
+/// Numbers per block do not depend on the number of ranks: blocks are at least four largest radii wide, and
+/// a container in which no two such blocks fit side by side is one block.
+struct EscapeSettings {
+  int orientations = 3;               ///< number of random orientations tried in each room
+  int swapRounds = 6;                 ///< largest number of groups of cells, per block, that exchange places
+  int groupSize = 12;                 ///< number of cells in a group
+  int holes = 60;                     ///< number of holes tried per block, largest first
+  std::vector<std::int64_t> reserve;  ///< per species: number of bodies that can be added; empty: none
+};
 
 }  // namespace packmesh
