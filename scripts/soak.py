@@ -42,7 +42,8 @@ class Finding(Exception):
 def run(command, folder, seconds, text=None):
     """Exit code, output and errors. Kills the whole process group on a timeout."""
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                       OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+                       OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
+                       OMPI_MCA_odls_base_sigkill_timeout="0")  # ranks of a refused problem have ended by themselves
     process = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, env=environment, start_new_session=True)
     try:
@@ -65,7 +66,7 @@ def examine(problem, bin_folder, folder, seconds):
     before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     program = str(bin_folder / "packMesh")
     ranks = problem.get("ranks", 1)
-    launch = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
+    launch = [str(bin_folder / "await_all"), "mpirun", "-n", str(ranks)] if ranks > 1 else []
     code, out, err = run(launch + [program, *problem["args"]], folder, seconds)
     require(code in OUTCOMES, f"exit code {code}: {err[-600:]}")
     after = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}

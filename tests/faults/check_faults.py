@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""check_faults.py packMesh faults.so [check ...]: what machines do to a run. Each time the exit code and the message have to be right,
+"""check_faults.py packMesh faults.so await_all [check ...]: what machines do to a run. Each time the exit code and the message have to be right,
 what was there before has to be there still, and nothing half-written may stay."""
 import os
 import pathlib
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -13,9 +14,11 @@ import time
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 FAULTS = str(pathlib.Path(sys.argv[2]).resolve())  # faults.c
+AWAIT_ALL = str(pathlib.Path(sys.argv[3]).resolve())  # tests/support/await_all.c
 OLD = "1\n4 4 4 0 0 0\n"
 os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                  OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+                  OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
+                  OMPI_MCA_odls_base_sigkill_timeout="0")  # no second of grace, which a busy machine might not have
 LONG = ["30", "30", "30", "--hematocrit", "0.62", "--plt_ratio", "0", "--max-time", "60"]
 HANGS = 900  # [s] a program that has not ended by then never will
 failures = []
@@ -27,7 +30,6 @@ class Folder:
 
     def __init__(self, path=None):
         self.path = pathlib.Path(path or tempfile.mkdtemp(prefix="packMesh_faults_"))
-        self.mounted = False
 
     def __enter__(self):
         (self.path / "RBC.pos").write_text(OLD)
@@ -35,14 +37,7 @@ class Folder:
         return self
 
     def __exit__(self, *_):
-        if self.mounted:
-            subprocess.run(["umount", self.path], check=True)
-        shutil.rmtree(self.path, ignore_errors=True)
-
-    def mount(self, options):
-        self.mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", self.path],
-                                      capture_output=True).returncode == 0
-        return self.mounted
+        shutil.rmtree(self.path)
 
     def listing(self):
         return sorted(str(p.relative_to(self.path)) for p in self.path.rglob("*"))
@@ -74,20 +69,8 @@ def expect(name, folder, result, codes, words="", kept=True, by="(packMesh) (Err
         print("       " + "; ".join(wrong) + "\n" + err[-500:])
 
 
-def disk_full():
-    with Folder() as folder:
-        if not folder.mount("size=64k"):
-            print("skipped disk full: no tmpfs may be mounted")
-            codes_of["disk_full"] = set()
-            return
-        (folder.path / "RBC.pos").write_text(OLD)
-        (folder.path / "filler").write_bytes(b"x" * (12 * 4096))  # leaves a page each for two locks and new cells
-        folder.before = folder.listing()
-        expect("disk full", folder, run(folder, ["40", "40", "40", "--rbc", "150"]), [5], "RBC.pos")
-
-
 def of_ranks(count):
-    return ["mpirun", "-n", str(count)] if count > 1 else []
+    return [AWAIT_ALL, "mpirun", "-n", str(count)] if count > 1 else []
 
 
 def left_behind(folder):
@@ -95,33 +78,45 @@ def left_behind(folder):
     return [name for name in folder.listing() if pathlib.Path(name).name.startswith(".")]
 
 
+def with_fault(folder, arguments, fault, launch=(), rank=None, room=None):
+    """Whether the fault happened (not of a disk without room, or read-only), exit code and errors.
+    rank: that it happens to, None: to all; room: on the disk [bytes]"""
+    more = {"FAULT_FOLDER": str(folder.path), "FAULT": fault, **({} if rank is None else {"FAULT_RANK": str(rank)})}
+    with tempfile.NamedTemporaryFile() as shared:
+        if room is not None:
+            shared.write(struct.pack("201q", room, *[0] * 200))
+            shared.flush()
+            more["FAULT_DISK"] = shared.name
+        code, err = run(folder, arguments, launch=[*launch, "env", f"LD_PRELOAD={FAULTS}"], env=dict(os.environ, **more))
+    return "fault\n" in err, code, err.replace("fault\n", "")
+
+
+def disk_full():
+    with Folder() as folder:
+        _, *result = with_fault(folder, ["40", "40", "40", "--rbc", "150"], "full", room=4096)
+        expect("disk full", folder, result, [5], "RBC.pos: cannot be written: No space left on device")
+
+
 def state_on_full_disk():
     """The cells are written if there is room for them, and no rank waits for another."""
-    written = set()
-    for size in (8, 24, 48, 64, 96, 120, 200):
-        for ranks in (1, 2, 3, 5):
+    arguments, written = ["40", "40", "40", "--hematocrit", ".4", "--state", "s.h5"], set()
+    with Folder() as folder:
+        assert run(folder, arguments)[0] == 0
+        cells, state = (sum(file.stat().st_size for file in folder.path.glob(pattern)) for pattern in ("*.pos", "*.h5"))
+    for room in (cells // 20, cells // 2, cells - 1000, (cells + state) // 2, state + cells // 2, state + 2 * cells):
+        for ranks in (1, 2, 5):
             with Folder() as folder:
-                if not folder.mount(f"size={size}k"):
-                    print("skipped state on a full disk: no tmpfs may be mounted")
-                    codes_of["state_on_full_disk"] = set()
-                    return
-                result = run(folder, ["40", "40", "40", "--hematocrit", ".4", "--state", "s.h5"], launch=of_ranks(ranks))
-                cells, state = ((folder.path / name).exists() for name in ("RBC.pos", "s.h5"))
-                expect(f"{size} kB for state and cells, {ranks} ranks", folder, result, [0 if cells and state else 5],
+                _, *result = with_fault(folder, arguments, "full", of_ranks(ranks), room=room)
+                cells, state = (folder.path / "RBC.pos").read_text() != OLD, (folder.path / "s.h5").exists()
+                expect(f"{room} bytes for state and cells, {ranks} ranks", folder, result, [0 if cells and state else 5],
                        "" if result[0] == 0 else "No space left on device", kept=False)
                 if left_behind(folder):
-                    failures.append(f"{size} kB, {ranks} ranks: {folder.listing()} stays")
+                    failures.append(f"{room} bytes, {ranks} ranks: {folder.listing()} stays")
                 if state and not cells and "--restart s.h5 --output-dir" not in result[1]:
-                    failures.append(f"{size} kB, {ranks} ranks: nothing says that the state has the cells")
+                    failures.append(f"{room} bytes, {ranks} ranks: nothing says that the state has the cells")
                 written.add((cells, state))
     if not written >= {(False, False), (True, False), (False, True), (True, True)}:
         failures.append(f"state on a full disk: only {written} occurred")
-
-
-def with_fault(folder, arguments, fault, launch=(), rank=None):
-    more = {"FAULT_FOLDER": str(folder.path), "FAULT": fault, **({} if rank is None else {"FAULT_RANK": str(rank)})}
-    code, err = run(folder, arguments, launch=[*launch, "env", f"LD_PRELOAD={FAULTS}"], env=dict(os.environ, **more))
-    return "fault\n" in err, code, err.replace("fault\n", "")
 
 
 def signals_at_every_call():
@@ -168,14 +163,8 @@ def input_output_errors():
 
 def read_only():
     with Folder() as folder:
-        if not folder.mount("size=64k"):
-            print("skipped read-only folder: no tmpfs may be mounted")
-            codes_of["read_only"] = set()
-            return
-        (folder.path / "RBC.pos").write_text(OLD)
-        folder.before = folder.listing()
-        subprocess.run(["mount", "-o", "remount,ro", folder.path], check=True)
-        expect("read-only folder", folder, run(folder, ["20", "20", "20", "--rbc", "5"]), [5])
+        _, *result = with_fault(folder, ["20", "20", "20", "--rbc", "5"], "read-only")
+        expect("read-only folder", folder, result, [5], "Read-only file system")
 
 
 def file_size():
@@ -186,8 +175,8 @@ def file_size():
 
 def memory():
     for megabytes in (24, 28, 32, 36, 40, 50, 60, 80):
-        with Folder() as folder:
-            result = run(folder, ["120", "120", "120", "--hematocrit", "0.2", "--plt_ratio", "0"],
+        with Folder() as folder:  # of one thread: others take memory on machines with many processors
+            result = run(folder, ["120", "120", "120", "--hematocrit", "0.2", "--plt_ratio", "0", "--threads", "1"],
                          (resource.RLIMIT_AS, megabytes << 20))
             if result[0] == 127 or "error while loading shared libraries" in result[1]:
                 continue  # the loader's own message
@@ -212,13 +201,24 @@ def signals():
             expect(f"{number.name} while it packs", folder, (process.returncode, err), [130], "interrupted")
 
 
+def ranks_in(folder):
+    """Numbers of the processes that run the program in the folder."""
+    found = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            if os.readlink(process / "exe") == PROGRAM and os.readlink(process / "cwd") == str(folder.path):
+                found.append(int(process.name))
+        except OSError:
+            pass  # it has ended, or is somebody else's
+    return found
+
+
 def killed_rank():
     for delay in (0, 0.5, 1.5):
         with Folder() as folder:
-            process = begun(folder, ["mpirun", "-n", "2"])
+            process = begun(folder, of_ranks(2))
             time.sleep(delay)
-            ranks = subprocess.run(["pgrep", "-P", str(process.pid), "packMesh"], capture_output=True, text=True)
-            os.kill(int(ranks.stdout.split()[-1]), signal.SIGKILL)
+            os.kill(ranks_in(folder)[-1], signal.SIGKILL)
             err = process.communicate(timeout=HANGS)[1].decode()
             lock = folder.path / ".packMesh.lock"  # of nobody
             stays = lock.exists()
@@ -311,7 +311,7 @@ def tetgen():
                     failures.append(f"packmesh-tetgen {name}, {ranks} ranks")
                     print(done.stdout)
         for several in (1, 2):  # side by side, of the two halves of 172 cells
-            for name, more, codes, said in (("time limit", ["--max-time", "3"], [3], ""), ("signal", [], [130] if ranks == 1 else [130, 1], "interrupted")):
+            for name, more, codes, said in (("time limit", ["--max-time", "1"], [3], ""), ("signal", [], [130], "interrupted")):
                 with Folder() as folder, tempfile.TemporaryDirectory() as other:
                     environment = tetgen_stand_in(other, "exec sleep 100000")
                     of = words if several == 1 else [*"36 36 36 --ends periodic --hematocrit 0.3 --threads 2".split(), *words[5:]]
@@ -321,7 +321,8 @@ def tetgen():
                     if name == "signal":
                         while not (runs.exists() and runs.read_text().count("\n") >= several):
                             assert process.poll() is None, process.communicate()
-                        process.send_signal(signal.SIGTERM)
+                        for number in ranks_in(folder):  # mpirun would kill them after a while
+                            os.kill(number, signal.SIGTERM)
                     _, err = process.communicate(timeout=HANGS)
                     expect(f"{several} packmesh-tetgen that never answer, {name}, {ranks} ranks", folder, (process.returncode, err), codes, said,
                            kept=False)
@@ -338,8 +339,8 @@ def tetgen():
 
 checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals, killed_rank, states, names,
           tetgen)
-if sys.argv[3:]:
-    checks = [next(check for check in checks if check.__name__ == name) for name in sys.argv[3:]]
+if sys.argv[4:]:
+    checks = [next(check for check in checks if check.__name__ == name) for name in sys.argv[4:]]
 for check in checks:
     check()
 failures += [f"{check.__name__}: nothing was examined" for check in checks if check.__name__ not in codes_of]

@@ -27,13 +27,20 @@ struct Ran {
   std::string all() const { return out + err; }
 };
 
+/// Prefix for what must have ended, with all that it starts, when the next command begins.
+inline std::string awaitingAll() {
+  return "'" + (std::filesystem::path(programFolder) / "await_all").string() + "'";
+}
+
 /// Runs `packMesh` (or `packCells`) in `folder` with arguments as a shell splits them.
-/// @param prefix put before the program: variables, timeout
+/// @param prefix put before the program: variables, timeout, mpirun; all that these start has ended
+/// afterwards
 inline Ran run(const std::filesystem::path& folder, const std::string& arguments,
                const std::string& program = "packMesh", const std::string& prefix = "") {
   const std::filesystem::path executable = std::filesystem::path(programFolder) / program;
   const TemporaryFolder output;
-  const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" + executable.string() +
+  const std::string awaited = prefix.empty() ? "" : awaitingAll() + " env " + prefix;
+  const std::string command = "cd '" + folder.string() + "' && " + awaited + " '" + executable.string() +
                               "' " + arguments + " > '" + (output.path() / "out").string() + "' 2> '" +
                               (output.path() / "err").string() + "'";
   const int status = std::system(command.c_str());
@@ -62,10 +69,15 @@ inline int cellsIn(const std::filesystem::path& file) {
 
 /// Prefix for several ranks, as on a machine with fewer processors than those. Open MPI leaks: tests of
 /// mpi_tests look for leaks on ranks.
-inline std::string onRanks(int ranks) {
+/// @param grace from SIGTERM to SIGKILL, which mpirun sends to all ranks when one has failed or mpirun itself
+/// is to end [s]. None, if the ranks need none: a busy machine would not always give it, and mpirun takes it
+/// whether the ranks do or not.
+inline std::string onRanks(int ranks, int grace = 0) {
   return "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
-         "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 timeout " +
-         std::to_string(timeout / 2) + " mpirun -n " + std::to_string(ranks);
+         "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 "
+         "OMPI_MCA_odls_base_sigkill_timeout=" +
+         std::to_string(grace) + " timeout " + std::to_string(timeout / 2) + " mpirun -n " +
+         std::to_string(ranks);
 }
 
 }  // namespace packmesh::test

@@ -26,7 +26,8 @@ RANKS = [1, 2]  # --ranks
 RED = 81.1163  # volume of HemoCell's red cell [µm³]
 JOBS = {}
 ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-               "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1"}
+               "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
+               "OMPI_MCA_odls_base_sigkill_timeout": "0"}  # a second of grace is waited for, whether ranks need it or not
 
 
 class Failed(Exception):
@@ -63,7 +64,7 @@ class Job:
         self.write(name, text.replace(old, new))
 
     def command(self, ranks, words):
-        return [*(["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []), str(self.program), *words.split()]
+        return [*([str(self.program.parent / "await_all"), "mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []), str(self.program), *words.split()]
 
     def run_in(self, folder, ranks, words, code=0):
         done = subprocess.run(self.command(ranks, words), cwd=folder, capture_output=True, text=True, check=False,

@@ -188,7 +188,10 @@ TEST_CASE("Pipes, devices and unreadable files are rejected as input", "[executa
 TEST_CASE("Folders without permission are distinguished from missing files", "[executable]") {
   std::string asNobody;  // root may do everything
   if (geteuid() == 0) {
-    if (std::system("setpriv --version > /dev/null 2>&1") != 0) return;
+    if (std::system("setpriv --version > /dev/null 2>&1") != 0) {
+      WARN("not tested: there is no setpriv, and root may do everything");
+      return;
+    }
     asNobody = "setpriv --reuid=65534 --regid=65534 --clear-groups ";
   }
   const SampleCase folder;

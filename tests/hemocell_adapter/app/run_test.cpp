@@ -104,7 +104,7 @@ TEST_CASE("An infeasible request reports the best result, writes only on request
           "[executable]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", "old");
-  const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300 --max-time 20";
+  const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300";
   Ran ran = run(folder.path(), arguments);
   INFO(ran.all());
   CHECK(ran.exitCode == 3);

@@ -5,6 +5,8 @@
 set -euo pipefail
 test=$1 stand_in=$2 templates=$3 program=$4 mpiexec=$5 xml=$6 scratch=$7
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
+export OMPI_MCA_odls_base_sigkill_timeout=0  # [s] that mpirun waits before it kills the others when a rank has failed, whether they end or not
+await_all=$(realpath "$(dirname "$program")/await_all")
 rm -rf "$scratch"
 mkdir -p "$scratch"
 cd "$scratch"
@@ -23,7 +25,7 @@ XML
 case_on() { # ranks, then words
   local ranks=$1
   shift
-  "$mpiexec" -n "$ranks" "$stand_in" "$@"
+  "$await_all" "$mpiexec" -n "$ranks" "$stand_in" "$@"
 }
 fail() {
   echo "$*"
