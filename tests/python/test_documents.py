@@ -2,6 +2,7 @@
 """What documents say about the package."""
 import importlib.util
 import re
+import tempfile
 
 import pytest
 from conftest import SOURCE
@@ -28,12 +29,15 @@ def test_howto(page, least, tmp_path, monkeypatch, pipe):
 
 
 def test_notebook(tmp_path):
-    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    nbformat, nbclient, traitlets = map(pytest.importorskip, ("nbformat", "nbclient", "traitlets.config"))
     notebook = nbformat.read(SOURCE / "examples/packing.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "stored without outputs"
-    # Time limits [s] that a loaded machine does not reach: of a cell, of the kernel's start, of its output's arrival.
-    nbclient.NotebookClient(notebook, timeout=1200, startup_timeout=1200, iopub_timeout=1200, kernel_name="python3",
-                            resources={"metadata": {"path": str(tmp_path)}}).execute()
+    # Sockets in a folder, not ports: another program may take a port between its choice and its use.
+    with tempfile.TemporaryDirectory() as sockets:
+        settings = traitlets.Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/s"}})
+        # Time limits [s] that a loaded machine does not reach: of a cell, of the kernel's start, of its output's arrival.
+        nbclient.NotebookClient(notebook, timeout=1200, startup_timeout=1200, iopub_timeout=1200, kernel_name="python3", config=settings,
+                                resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert not [output for output in outputs if output.output_type == "error"]
     assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
