@@ -5,8 +5,16 @@ None needs the C++ module (run does less without it): PYTHONPATH=python is enoug
 """
 import importlib
 import os
+import re
 import shutil
+import signal
+import subprocess
 import sys
+import tempfile
+
+from packmesh import files
+from packmesh.command import UnusableError, UsageError, run
+from packmesh.errors import InputError
 
 COMMANDS = {
     "view": "cells and report on a page for the browser; needs h5py and Jinja2",
@@ -23,9 +31,8 @@ COMMANDS = {
     "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
 }
 
-#: Packages that commands need, as Debian calls them.
-PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "jinja2": "python3-jinja2"}
-UNUSABLE = 69  # exit code if one is missing, which the program knows
+#: Of the cells, by paraview-cells.
+COLOURS = ("species", "gap", "local_hematocrit", "id")
 
 
 def run_in_paraview(name, arguments):
@@ -38,38 +45,76 @@ def run_in_paraview(name, arguments):
         with open(script, encoding="utf-8") as file:
             print(file.read().split('"""')[1])
         return
+    require_arguments(name, arguments)
     pvpython = shutil.which("pvpython")
     if not pvpython:
-        sys.exit("(packMesh) (Error) pvpython is not installed; it comes with ParaView")
+        raise UnusableError("pvpython is not installed; it comes with ParaView")
     command = [pvpython, script, *arguments]
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):  # ParaView crashes
         virtual = shutil.which("xvfb-run")
         if not virtual:
-            sys.exit("(packMesh) (Error) ParaView needs a display, and there is none: with xvfb-run (Debian: xvfb) it draws without one")
+            raise UnusableError("ParaView needs a display, and there is none: with xvfb-run (Debian: xvfb) it draws without one")
         command = [virtual, "-a", "-s", "-noreset -screen 0 1280x1024x24", *command]
-    os.execv(command[0], command)
+    with tempfile.TemporaryDirectory() as folder, files.Outputs() as outputs:
+        if len(arguments) < 2:
+            drawn(command)
+            return
+        made = os.path.join(folder, "picture" + os.path.splitext(arguments[1])[1])
+        drawn([made if word is arguments[1] else word for word in command])
+        try:
+            with open(made, "rb") as file:
+                picture = file.read()
+        except OSError:
+            raise InputError(f"{arguments[0]}: ParaView cannot draw it as {arguments[1]}") from None
+        outputs.write(arguments[1], [picture])
+        outputs.commit()
 
 
-def main():
+def require_arguments(name, arguments):
+    """Raises UsageError, InputError"""
+    if name == "paraview_growth":
+        if len(arguments) < 2 or not all(re.fullmatch("[0-9]{1,6}", word) for word in arguments[2:]):
+            raise UsageError("expected a folder, a picture and numbers of files (packmesh paraview-growth --help)")
+        if not os.path.isfile(os.path.join(arguments[0], "growth.pvd")):
+            raise InputError(f"{arguments[0]}: has no growth.pvd (packMesh --growth-frames)")
+    elif len(arguments) > 3 or (arguments[2:] and arguments[2] not in COLOURS):
+        raise UsageError("expected a folder, a picture and one of " + ", ".join(COLOURS) + " (packmesh paraview-cells --help)")
+    elif arguments and not os.path.isdir(arguments[0]):
+        raise InputError(f"{arguments[0]}: is no folder")
+
+
+def drawn(command):
+    """Runs ParaView, with what it starts. Raises InputError"""
+    process = subprocess.Popen(command, start_new_session=True)
+    try:
+        code = process.wait()
+    except BaseException:
+        os.killpg(process.pid, signal.SIGTERM)
+        process.wait()
+        raise
+    if code != 0:
+        raise InputError(f"ParaView ended with code {code}")
+
+
+def dispatched():
+    """Of the command, or the text of --help. Returns the exit code"""
     if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         print(__doc__.splitlines()[0] + "\n")
         print("\n".join(f"  {name:16} {text}" for name, text in COMMANDS.items()))
-        print("\nEach has --help.")
-        sys.exit(0 if len(sys.argv) > 1 else 1)
+        print("\nEach has --help. Exit codes are those of packMesh (packMesh --help), and 69: a package or program that the command needs is missing.")
+        return 0 if len(sys.argv) > 1 else 1
     command, arguments = sys.argv[1], sys.argv[2:]
     if command not in COMMANDS:
-        sys.exit(f"(packMesh) (Error) unknown command '{command}'; expected one of {', '.join(COMMANDS)}")
+        raise UsageError(f"unknown command '{command}'; expected one of {', '.join(COMMANDS)}")
     name = command.replace("-", "_")
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)
     sys.argv = [f"packmesh {command}", *arguments]
-    try:
-        return importlib.import_module("packmesh." + name).main()
-    except ModuleNotFoundError as error:
-        if error.name not in PACKAGES:
-            raise
-        print(f"(packMesh) (Error) needs the Python package {error.name} (Debian: {PACKAGES[error.name]})", file=sys.stderr)
-        return UNUSABLE
+    return importlib.import_module("packmesh." + name).main()
+
+
+def main():
+    return run(dispatched)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from . import _packmesh
+from . import _packmesh, files
 from .errors import InputError, OutputError
 
 Path = Union[str, "os.PathLike[str]"]
@@ -197,20 +197,14 @@ def keep_inputs(words: Sequence[str], folder: pathlib.Path, state: Path) -> list
 
     Ranks write the same files; each replaces them whole.
     """
-    files = [file for file in folder.rglob("*") if file.is_file()]
-    if not files:
+    found = [file for file in folder.rglob("*") if file.is_file()]
+    if not found:
         return list(words)
     kept = inputs_of(state)
-    try:
-        for file in files:
-            target = kept / file.relative_to(folder)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            handle, unfinished = tempfile.mkstemp(dir=target.parent)
-            os.close(handle)
-            shutil.copy(file, unfinished)
-            os.replace(unfinished, target)
-    except OSError as error:
-        raise OutputError(f"{kept}: cannot write the meshes and cells that were given as arrays: {error.strerror}") from None
+    with files.Outputs() as outputs:
+        for file in found:
+            outputs.write(str(kept / file.relative_to(folder)), [file.read_bytes()])
+        outputs.commit()
     in_text = {'"': "&quot;", "'": "&apos;"}
     return [word.replace(str(folder), escape(str(kept), in_text) if word.startswith("<") else str(kept)) for word in words]
 

@@ -11,11 +11,13 @@ import contextlib
 import dataclasses
 import os
 import re
-from typing import Any, Container, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from packmesh import hdf5_files
 from packmesh.errors import InputError
+from packmesh.hdf5_files import Group
 
 #: What else HemoCell writes to the same folder: fluid and concentration.
 NO_CELLS = ("Fluid", "CEPAC")
@@ -23,6 +25,8 @@ PRE_INLET = "_PRE"
 CELLS_AT_ONCE = 512
 _NAME = re.compile(r"(?P<type>.+)\.(?P<iteration>\d+)\.p\.(?P<block>\d+)\.h5")
 _ENOUGH_TRIANGLES = 256  # that repeat are no coincidence
+#: Of what HemoCell writes of each vertex or triangle; of anything else, any number.
+_COLUMNS = {"Position": 3, "Velocity": 3, "Total force": 3, "Cell Id": 1, "Vertex Id": 1, "Triangles": 3}
 _OF_ANY_SIZE = 1e-3  # cells are smaller than this in metres, and larger in lattice units
 
 
@@ -47,21 +51,9 @@ class BlockFile:
     datasets: Dict[str, int]
 
 
-@contextlib.contextmanager
-def opened(path: str) -> Iterator[Any]:
-    """Raises InputError if it is no whole HDF5 file, or what is read of it is not"""
-    import h5py  # only reading needs it
-
-    try:
-        with h5py.File(path, "r") as file:
-            yield file
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, KeyError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
-        text = str(error.args[0] if error.args else error).splitlines()[0]
-        raise InputError(f"{path}: cannot be read, is it complete? ({text})") from None
+def opened(path: str) -> "contextlib.AbstractContextManager[Group]":
+    """Raises InputError if it is no whole HDF5 file, or what is read of it is not what it should be"""
+    return hdf5_files.opened(path, "cannot be read, is it complete?")
 
 
 def steps_of(folder: str) -> Dict[int, str]:
@@ -71,7 +63,7 @@ def steps_of(folder: str) -> Dict[int, str]:
         names = os.listdir(hdf5)
     except OSError:
         raise InputError(f"{folder}: has no folder hdf5; expected the output folder of a HemoCell run") from None
-    found = {int(name): os.path.join(hdf5, name) for name in names if name.isdigit()}
+    found = {int(name): os.path.join(hdf5, name) for name in names if re.fullmatch("[0-9]+", name)}
     if not found:
         raise InputError(f"{hdf5}: has no steps; expected folders with names such as 000000001000")
     return dict(sorted(found.items()))
@@ -121,6 +113,8 @@ class RunFolder:
         every, folder = list(self.steps), self.steps[iteration]
         at = every.index(iteration)
         for other in every[max(0, at - 1):at + 2]:
+            if not os.path.isdir(self.steps[other]):  # which is an error of that step
+                continue
             theirs = set(names_in(self.steps[other], other).get(name, {}))
             if set(own) < theirs:
                 missing = os.path.join(folder, f"{name}.{os.path.basename(folder)}.p.{min(theirs - set(own))}.h5")
@@ -130,7 +124,11 @@ class RunFolder:
 def names_in(folder: str, iteration: int) -> Dict[str, Dict[int, str]]:
     """Paths by type and block. Raises InputError if files are of another step, or blocks are missing"""
     types: Dict[str, Dict[int, str]] = {}
-    for name in sorted(os.listdir(folder)):
+    try:
+        names = sorted(os.listdir(folder))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror}") from None
+    for name in names:
         match = _NAME.fullmatch(name)
         if match is None:
             continue
@@ -159,35 +157,35 @@ def cell_types(types: Sequence[str], pre_inlet: bool) -> List[str]:
     return sorted((name for name in plain if name not in NO_CELLS), key=lambda name: (not name.startswith("RBC"), name))
 
 
-def require_attributes(path: str, attributes: Container[str], *names: str) -> None:
+def require_attributes(path: str, file: Group, *names: str) -> None:
     """Raises InputError"""
     for name in names:
-        if name not in attributes:
+        if not file.has_attribute(name):
             raise InputError(f"{path}: has no attribute '{name}'; is it a file of HemoCell?")
 
 
 def header_of(path: str, block: int, iteration: int) -> BlockFile:
     """Raises InputError if its numbers contradict each other"""
     with opened(path) as file:
-        attributes = dict(file.attrs)
-        shapes = {name: dataset.shape for name, dataset in file.items() if hasattr(dataset, "shape")}
-    require_attributes(path, attributes, "dx", "dt", "iteration", "numberOfProcessors")
-    number = {name: np.ravel(value)[0] for name, value in attributes.items()}
-    if int(number["iteration"]) != iteration:
-        raise InputError(f"{path}: contains iteration {int(number['iteration'])}; its name says {iteration}")
-    if "Position" not in shapes:
-        raise InputError(f"{path}: has no positions; expected OUTPUT_POSITION among the outputs of the case")
-    rows = shapes["Position"][0]
-    for name, stated in (("Position", "numberOfParticles"), ("Triangles", "numberOfTriangles")):
-        if name in shapes and stated in number and int(number[stated]) != shapes[name][0]:
-            raise InputError(f"{path}: has {shapes[name][0]} rows of '{name}', but {stated} is {int(number[stated])}")
-    for name, shape in shapes.items():
-        if name not in ("Triangles", "InnerLinks") and shape[0] != rows:
-            raise InputError(f"{path}: has {shape[0]} rows of '{name}', but {rows} positions")
-    if not (1e-10 < number["dx"] < 1 and number["dt"] > 0):
-        raise InputError(f"{path}: dx is {number['dx']:g} m and dt {number['dt']:g} s; expected a case in SI units")
-    return BlockFile(path, block, 1e6 * float(number["dx"]), float(number["dt"]), int(number["numberOfProcessors"]), rows,
-                     {name: shape[0] for name, shape in shapes.items()})
+        require_attributes(path, file, "dx", "dt", "iteration", "numberOfProcessors")
+        names = file.names()
+        if "Position" not in names:
+            raise InputError(f"{path}: has no positions; expected OUTPUT_POSITION among the outputs of the case")
+        rows = {name: file.dataset(name, _COLUMNS.get(name), whole=name == "Triangles").shape[0] for name in names if name != "InnerLinks"}
+        stated = {name: file.whole(name) for name in ("iteration", "numberOfProcessors", "numberOfParticles", "numberOfTriangles")
+                  if file.has_attribute(name)}
+        dx, dt = file.number("dx"), file.number("dt")
+    if stated["iteration"] != iteration:
+        raise InputError(f"{path}: contains iteration {stated['iteration']}; its name says {iteration}")
+    for name, number in (("Position", "numberOfParticles"), ("Triangles", "numberOfTriangles")):
+        if name in rows and number in stated and stated[number] != rows[name]:
+            raise InputError(f"{path}: has {rows[name]} rows of '{name}', but {number} is {stated[number]}")
+    for name, count in rows.items():
+        if name != "Triangles" and count != rows["Position"]:
+            raise InputError(f"{path}: has {count} rows of '{name}', but {rows['Position']} positions")
+    if not (1e-10 < dx < 1 and 0 < dt < 1e10):
+        raise InputError(f"{path}: dx is {dx:g} m and dt {dt:g} s; expected a case in SI units")
+    return BlockFile(path, block, 1e6 * dx, dt, stated["numberOfProcessors"], rows["Position"], rows)
 
 
 def headers_of(blocks: Dict[int, str], iteration: int) -> List[BlockFile]:
@@ -224,7 +222,7 @@ def require_whole_cells(header: BlockFile, layout: Optional[Layout]) -> None:
 def _by_triangles(header: BlockFile) -> Layout:
     count = header.datasets["Triangles"]
     with opened(header.path) as file:
-        table = file["Triangles"]
+        table = file.dataset("Triangles", 3, whole=True)
         size, length = 4096, None
         while length is None:
             part = np.asarray(table[:size], np.int64)
@@ -257,7 +255,7 @@ def _first_cell(triangles: np.ndarray, is_all: bool) -> Optional[int]:
 def _by_column(header: BlockFile, name: str) -> Optional[Layout]:
     """By ids of vertices, which start anew with each cell, or of cells, which change."""
     with opened(header.path) as file:
-        values = np.ravel(file[name][:1 << 20])
+        values = np.ravel(file.dataset(name, 1)[:1 << 20])
     starts = np.flatnonzero(values[1:] == 0) if name == "Vertex Id" else np.flatnonzero(np.diff(values))
     if len(starts) == 0 and len(values) < header.rows:
         return None
@@ -265,8 +263,8 @@ def _by_column(header: BlockFile, name: str) -> Optional[Layout]:
 
 
 def micrometres_per_unit(positions: np.ndarray, dx: float) -> float:
-    """Of positions in metres or in lattice units: the size of a cell, shape (V, 3), tells. dx: [µm]"""
-    return 1e6 if np.ptp(positions, axis=0).max() < _OF_ANY_SIZE else dx
+    """Of positions in metres or in lattice units: the size of the largest cell, shape (n, V, 3), tells. dx: [µm]"""
+    return 1e6 if np.ptp(positions, axis=-2).max() < _OF_ANY_SIZE else dx
 
 
 def cells_in(header: BlockFile, layout: Layout, name: str, numbers: Optional[np.ndarray] = None) -> Iterator[Tuple[np.ndarray, np.ndarray]]:
@@ -277,7 +275,7 @@ def cells_in(header: BlockFile, layout: Layout, name: str, numbers: Optional[np.
     size, count = layout.vertices, header.rows // layout.vertices
     wanted = np.arange(count) if numbers is None else numbers
     with opened(header.path) as file:
-        table = file[name]
+        table = file.dataset(name)
         for begin in range(0, count, CELLS_AT_ONCE):
             end = min(begin + CELLS_AT_ONCE, count)
             chosen = wanted[np.searchsorted(wanted, begin):np.searchsorted(wanted, end)]

@@ -7,14 +7,12 @@
 """
 from __future__ import annotations
 
-import argparse
 import os
-from typing import Any, Iterable, Iterator, List, Tuple
+from typing import Iterable, Iterator, List, Tuple
 
 import numpy as np
 
-from packmesh import files
-from packmesh.errors import InputError
+from packmesh import command, files, hdf5_files
 from packmesh.formats import lines, numbers, vtk
 
 #: Vertices and triangles.
@@ -23,20 +21,8 @@ Mesh = Tuple[np.ndarray, np.ndarray]
 
 def read(path: str) -> List[Tuple[str, str, Mesh]]:
     """Kind, name and mesh of each. Raises InputError"""
-    import h5py  # only reading needs it
-
-    def text(value: Any) -> str:
-        return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-    try:
-        with h5py.File(path, "r") as file:
-            meshes = [file[f"meshes/{i}"] for i in range(len(file["meshes"]))]
-            return [(text(mesh.attrs["kind"]), " ".join(text(mesh.attrs["name"]).split()),
-                     (mesh["vertices"][()], mesh["triangles"][()])) for mesh in meshes]
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError):
-        raise InputError(f"{path}: is not a file of catCells, or is damaged") from None
+    with hdf5_files.opened(path, "is not a file of catCells, or is damaged") as file:
+        return [(mesh.text("kind"), " ".join(mesh.text("name").split()), mesh.mesh()) for mesh in file.groups("meshes")]
 
 
 def obj(meshes: List[Tuple[str, Mesh]]) -> Iterator[bytes]:
@@ -81,23 +67,20 @@ def surfaces(meshes: List[Tuple[str, str, Mesh]]) -> Iterable[bytes]:
     return vtk.surface("", np.concatenate(points), np.concatenate(triangles), data={"object": numbers_, "cell": cells}).pieces()
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main() -> None:
+    parser = command.Parser(__doc__)
     parser.add_argument("file", help="cells.h5")
     parser.add_argument("output", nargs="+", help="file ending in .obj, .ply or .vtp")
     words = parser.parse_args()
-
-    def work() -> None:
-        meshes = read(words.file)
-        cells = [(name, mesh) for kind, name, mesh in meshes if kind in ("cell", "wall layer")]
-        with files.Outputs() as outputs:
-            for path in words.output:
-                ending = os.path.splitext(path)[1]
-                if ending not in (".obj", ".ply", ".vtp"):
-                    raise InputError(f"{path}: expected a file ending in .obj, .ply or .vtp")
-                outputs.write(path, surfaces(meshes) if ending == ".vtp" else obj(cells) if ending == ".obj" else ply(cells))
-            outputs.commit()
+    for path in words.output:
+        if os.path.splitext(path)[1] not in (".obj", ".ply", ".vtp"):
+            raise command.UsageError(f"{path}: expected a file ending in .obj, .ply or .vtp")
+    meshes = read(words.file)
+    cells = [(name, mesh) for kind, name, mesh in meshes if kind in ("cell", "wall layer")]
+    with files.Outputs() as outputs:
         for path in words.output:
-            files.say(f"Wrote {path}")
-
-    return files.run_command(work)
+            ending = os.path.splitext(path)[1]
+            outputs.write(path, surfaces(meshes) if ending == ".vtp" else obj(cells) if ending == ".obj" else ply(cells))
+        outputs.commit()
+    for path in words.output:
+        files.say(f"Wrote {path}")

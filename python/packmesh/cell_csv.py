@@ -13,6 +13,7 @@ from typing import Container, Iterator, Optional, Tuple
 
 import numpy as np
 
+from packmesh import files
 from packmesh.errors import InputError
 from packmesh.joined_cells import Copies, Places
 
@@ -32,14 +33,17 @@ class CellTable:
 def read_table(folder: str, name: str, step: str) -> Optional[CellTable]:
     """None if there is none. step: the iteration as the name of its folder. Raises InputError"""
     path = os.path.join(folder, "csv", f"{name}.{step}.csv")
+    if not os.path.lexists(path):
+        return None
+    files.require_regular(path)
     try:
         with open(path, newline="", encoding="utf-8") as stream:
             rows = list(csv.DictReader(stream))
         center = np.array([[float(row[axis]) for axis in "XYZ"] for row in rows]).reshape(-1, 3)
         ids, base = (np.array([int(row[column]) for row in rows], np.int64) for column in ("cellId", "baseCellId"))
-    except FileNotFoundError:
-        return None
-    except (OSError, KeyError, TypeError, ValueError) as error:
+        if not np.isfinite(center).all():
+            raise ValueError("a position is not a number")
+    except (OSError, KeyError, TypeError, ValueError, OverflowError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read, is it complete? ({error})") from None
     return CellTable(path, center, ids, base)
 
@@ -50,6 +54,7 @@ def other_tables(folder: str, step: str, known: Container[str]) -> Iterator[Tupl
         name = os.path.basename(path)[:-len(f".{step}.csv")]
         if name in known:
             continue
+        files.require_regular(path)
         try:
             with open(path, encoding="utf-8") as stream:
                 count = sum(1 for _ in stream) - 1

@@ -12,16 +12,15 @@ limits and outputs may differ.
 
 prints the same of the table that packMesh writes without reports.
 """
-import argparse
 import csv
 import json
 import math
 import os
 import statistics
-import sys
 import urllib.parse
 
-from packmesh import plot
+from packmesh import command, files, plot, report_file
+from packmesh.errors import InputError
 
 # Settings that realisations of the same problem may have in different ways.
 FREE = {"seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory",
@@ -68,15 +67,15 @@ def require_same_problem(names, reports):
         other = problem(report)
         for place in [*first, *other]:
             if not alike(first.get(place), other.get(place)):
-                plot.fail(f"{name}: is of another problem than {names[0]}: {place} is {text_of(other.get(place))} instead of "
-                          f"{text_of(first.get(place))}; compare them separately")
+                raise InputError(f"{name}: is of another problem than {names[0]}: {place} is {text_of(other.get(place))} instead of "
+                                 f"{text_of(first.get(place))}; compare them separately")
 
 
 def warn_of_same_packings(names, reports):
     for i, report in enumerate(reports):
         for j in range(i):
             if reports[j]["measures"] == report["measures"]:
-                print(f"(packMesh) (Warning) {names[i]}: is of the same packing as {names[j]}", file=sys.stderr)
+                files.warn(f"{names[i]}: is of the same packing as {names[j]}")
                 break
 
 
@@ -161,7 +160,7 @@ def combined_profile(profiles):
     first = profiles[0]
     for other in profiles:
         if not alike([first["begin"], first["width"], len(first["red"])], [other["begin"], other["width"], len(other["red"])]):
-            raise ValueError("the layers of the profiles differ")
+            raise InputError("the layers of the profiles differ")
     curves = {"hematocrit": spreads([one["red"] for one in profiles])}
     for s, species in enumerate(first["species"]):
         curves[species["name"] + "_fraction"] = spreads([one["species"][s]["fraction"] for one in profiles])
@@ -171,6 +170,8 @@ def combined_profile(profiles):
 def combined_curves(reports):
     """By file name: head and positions, and the spreads of each curve there."""
     measures, curves = [report["measures"] for report in reports], {}
+    if len({(len(one["wall"]["cellFreeLayer"]) if one["wall"] else 0, *sorted(one["axial"])) for one in measures}) > 1:
+        raise InputError("the reports have different profiles")
     if measures[0]["wall"]:
         curves["wall"] = ("position_um", *combined_profile([one["wall"] for one in measures]))
     for axis in measures[0]["axial"]:
@@ -264,40 +265,29 @@ def page_data(names, reports, found, curves, page):
             "measures": mean_measures(reports, curves)}
 
 
-def write_page(path, data):
+def page_text(data):
     """The page of a report without cells, with other tables."""
     from packmesh import view  # only pages need it
 
-    page = view.page_of(data, view.NO_CELLS, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(page)
-    print(f"(packMesh) Wrote {path}")
-
-
-def require_complete(names, reports):
-    """Takes all that is compared from each report on its own."""
-    for name, report in zip(names, reports):
-        try:
-            problem(report)
-            figures([report])
-            combined_curves([report])
-        except (KeyError, TypeError, IndexError, AttributeError) as error:
-            plot.fail_incomplete(name, error)
+    return view.page_of(data, view.NO_CELLS, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
 
 
 def compare(names, folder, page):
-    reports = [plot.read_report(name) for name in names]
-    require_complete(names, reports)
+    reports = [report_file.read_report(name) for name in names]
     require_same_problem(names, reports)
     warn_of_same_packings(names, reports)
     found, curves = figures(reports), combined_curves(reports)
-    print(f"(packMesh) {title_of(reports)}")
+    with files.Outputs() as outputs:
+        written = plot.write_tables(csv_tables(found, curves), folder, outputs) if folder else []
+        if page:
+            outputs.write(page, [page_text(page_data(names, reports, found, curves, page)).encode("utf-8", "replace")])
+            written.append(page)
+        outputs.commit()
+    files.say(title_of(reports))
     for line in table_lines([["", *HEADS], *(row_of(*one) for one in found)]):
-        print("(packMesh)   " + line)
-    if folder:
-        plot.write_tables(csv_tables(found, curves), folder)
-    if page:
-        write_page(page, page_data(names, reports, found, curves, page))
+        files.say("  " + line)
+    for path in written:
+        files.say(f"Wrote {path}")
 
 
 #: Of realisations.csv: names and decimals of columns.
@@ -305,30 +295,47 @@ COLUMNS = {"hematocrit": ("hematocrit of the lumen", 5), "minimum_gap_um": ("min
            "minimum_wall_gap_um": ("minimum gap to the wall [µm]", 5), "sweeps": ("sweeps", 1), "cpu_s": ("CPU time [s]", 3)}
 
 
+def number_of(path, row, column):
+    """None in an empty field. Raises InputError"""
+    try:
+        value = float(row[column]) if row[column] else None
+    except (KeyError, TypeError, ValueError):
+        value = math.nan
+    if value is not None and not abs(value) < 1e15:
+        raise InputError(f"{path}: {column}: expected a number, found {str(row.get(column))!r:.40}")
+    return value
+
+
 def compare_rows(path):
-    with open(path, encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["outcome"] != "failed"]
-    print(f"(packMesh) Of {len(rows)} realisations:")
-    found = [row_of(*COLUMNS[column], spread([float(row[column]) if row[column] else None for row in rows])) for column in COLUMNS]
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            reader = csv.DictReader(file)
+            rows = [row for row in reader if row.get("outcome") != "failed"]
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except (ValueError, csv.Error) as error:
+        raise InputError(f"{path}: is not a table of realisations: {error}") from None
+    missing = [column for column in ("outcome", *COLUMNS) if column not in (reader.fieldnames or ())]
+    if missing:
+        raise InputError(f"{path}: is not a table of realisations: there is no column '{missing[0]}'")
+    found = [row_of(*COLUMNS[column], spread([number_of(path, row, column) for row in rows])) for column in COLUMNS]
+    files.say(f"Of {len(rows)} realisations:")
     for line in table_lines([["", *HEADS], *found]):
-        print("(packMesh)   " + line)
+        files.say("  " + line)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.Parser(__doc__)
     parser.add_argument("reports", nargs="+", metavar="report", help="report.json of each realisation, or realisations.csv alone")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="write a page with tables and plots (HTML)")
     words = parser.parse_args()
     of_table = len(words.reports) == 1 and words.reports[0].endswith(".csv")
+    if of_table and (words.csv or words.page):
+        raise command.UsageError("a table of realisations has no profiles: expected neither --csv nor --page")
     if len(words.reports) < 2 and not of_table:
-        plot.fail("a comparison needs at least two reports")
-    try:
-        if of_table:
-            compare_rows(words.reports[0])
-        else:
-            compare(words.reports, words.csv, words.page)
-    except (OSError, ValueError) as error:
-        plot.fail(error)
-    except (KeyError, TypeError, IndexError) as error:
-        plot.fail(f"a report or table is incomplete: {error!r}")
+        raise command.UsageError("a comparison needs at least two reports")
+    if of_table:
+        compare_rows(words.reports[0])
+    else:
+        compare(words.reports, words.csv, words.page)

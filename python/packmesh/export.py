@@ -9,11 +9,10 @@ folder of a HemoCell run: stl and vtk-meshes have its deformed membranes, other 
 """
 from __future__ import annotations
 
-import argparse
 import os
 from typing import List, Optional, Sequence
 
-from packmesh import files
+from packmesh import command, files
 from packmesh.errors import InputError
 from packmesh.formats import File, Format, lammps, membranes, particles, plain, vtk
 from packmesh.packing_file import PackingFile
@@ -72,8 +71,8 @@ def cells_of(name: str, step: Optional[int], case: Optional[str]) -> PackingFile
     return (run[-1] if step is None else run.at(step)).packing().cells_file()
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main() -> None:
+    parser = command.Parser(__doc__)
     parser.add_argument("file", help="cells.h5, or output folder of a run")
     parser.add_argument("--step", type=int, metavar="iteration", help="of a run; default: the last")
     parser.add_argument("--case", metavar="config.xml", help="of a run: its lumen and templates")
@@ -81,16 +80,12 @@ def main() -> int:
     parser.add_argument("--folder", default=".", help="where to write (default: the current one)")
     parser.add_argument("--plan", action="store_true", help="only print the names of the files")
     words = parser.parse_args()
-
-    def work() -> None:
-        packing = cells_of(words.file, words.step, words.case)
-        exports = exported(packing, words.format)
-        if words.plan:
-            print("\n".join(names_of(exports, words.folder)))
-            return
-        if not (packing.finished or packing.of_run):
-            files.warn(f"{words.file}: its cells are not those of a finished packing: they may overlap")
-        for name in write(exports, words.folder):
-            files.say(f"Wrote {name}")
-
-    return files.run_command(work)
+    packing = cells_of(words.file, words.step, words.case)
+    exports = exported(packing, words.format)
+    if words.plan:
+        print("\n".join(names_of(exports, words.folder)))
+        return
+    if not (packing.finished or packing.of_run):
+        files.warn(f"{words.file}: its cells are not those of a finished packing: they may overlap")
+    for name in write(exports, words.folder):
+        files.say(f"Wrote {name}")

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
-import logging
 import os
-import signal
 import socket
+import stat
 import sys
 import time
 from typing import Any, BinaryIO, Iterable, Iterator, List, TextIO, Tuple
 
-from packmesh.errors import Error, InputError, OutputError
-
-#: Exit codes of the commands, and UNUSABLE of __main__.py; the program knows them (hemocell_adapter/output/python_command.cpp).
-REFUSED, CANNOT_WRITE = 2, 5
+from packmesh.errors import InputError, OutputError
 
 
 def say(text: object) -> None:
@@ -74,11 +71,12 @@ class ProgressBar:
 class Outputs:
     """Writes files under temporary names beside them; commit() renames all, leaving the block removes those left.
 
-    A file that exists keeps its permissions; if it is a symbolic link, what it points to is replaced.
+    A file that exists keeps its permissions; if it is a symbolic link, what it points to is replaced. Folders are made as needed.
     """
 
     def __init__(self) -> None:
         self._files: List[Tuple[str, str]] = []  # temporary and final name
+        self._folders: List[str] = []  # that were made
 
     def __enter__(self) -> "Outputs":
         return self
@@ -87,6 +85,9 @@ class Outputs:
         for temporary, _target in self._files:
             with contextlib.suppress(OSError):
                 os.remove(temporary)
+        for folder in reversed(self._folders):
+            with contextlib.suppress(OSError):
+                os.rmdir(folder)
 
     @contextlib.contextmanager
     def begin(self, path: str) -> Iterator[BinaryIO]:
@@ -97,8 +98,7 @@ class Outputs:
         with _written(path):
             if os.path.exists(target) and not (os.path.isfile(target) and os.access(target, os.W_OK)):
                 raise OutputError(f"{path}: exists and cannot be replaced by a file")
-            if folder:
-                os.makedirs(folder, exist_ok=True)
+            self._make(folder)
             self._files.append((temporary, target))
             with open(temporary, "xb") as file:
                 yield file
@@ -117,10 +117,21 @@ class Outputs:
     def begin_text(self, path: str) -> Iterator[TextIO]:
         """Raises OutputError"""
         with self.begin(path) as file:
-            text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-            yield text
-            text.flush()
-            text.detach()
+            text = io.TextIOWrapper(file, encoding="utf-8", errors="replace", newline="")
+            try:
+                yield text
+            finally:
+                text.detach()
+
+    def _make(self, folder: str) -> None:
+        missing = []
+        while folder and not os.path.isdir(folder):
+            missing.append(folder)
+            folder = os.path.dirname(folder)
+        for one in reversed(missing):
+            with contextlib.suppress(FileExistsError):  # another rank made it
+                os.mkdir(one)
+                self._folders.append(one)
 
     def commit(self) -> None:
         """Raises OutputError"""
@@ -128,6 +139,24 @@ class Outputs:
             with _written(target):
                 os.replace(temporary, target)
         self._files.clear()
+        self._folders.clear()
+
+
+def write(path: str, pieces: Iterable[bytes]) -> None:
+    """One file. Raises OutputError"""
+    with Outputs() as outputs:
+        outputs.write(path, pieces)
+        outputs.commit()
+
+
+def require_regular(path: str) -> None:
+    """Of a file that is found, not named by the user: a pipe would be read forever. Raises InputError"""
+    try:
+        mode = os.stat(path).st_mode
+    except OSError as failure:
+        raise InputError(f"{path}: " + ("there is no such file" if failure.errno == errno.ENOENT else f"cannot be read: {failure.strerror}")) from None
+    if not stat.S_ISREG(mode):
+        raise InputError(f"{path}: is no regular file")
 
 
 @contextlib.contextmanager
@@ -138,38 +167,3 @@ def _written(path: str) -> Iterator[None]:
         raise
     except OSError as failure:
         raise OutputError(f"{path}: cannot be written: {failure.strerror}") from None
-
-
-def _end(_signal: int, _frame: Any) -> None:
-    sys.exit(128 + _signal)  # removes what is not complete
-
-
-class _Warnings(logging.Handler):
-    """Prints what the package logs, also while a bar is shown."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if sys.stderr.isatty():
-            print("\r\x1b[K", end="", file=sys.stderr)
-        warn(record.getMessage())
-
-
-def run_command(work: Any) -> int:
-    """Calls work(), prints its warnings and its error. Returns the exit code"""
-    signal.signal(signal.SIGTERM, _end)
-    logging.getLogger("packmesh").addHandler(_Warnings(logging.WARNING))
-    try:
-        work()
-        return 0
-    except InputError as failure:
-        error(failure)
-        return REFUSED
-    except OutputError as failure:
-        error(failure)
-        return CANNOT_WRITE
-    except Error as failure:
-        error(failure)
-        return 1
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:
-        return 1

@@ -11,7 +11,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 
 from packmesh.block_files import opened, require_attributes
-from packmesh.errors import InputError
+from packmesh.hdf5_files import Damaged, Group
 from packmesh.joined_cells import Domain
 
 
@@ -36,28 +36,35 @@ def flow_rates(blocks: Dict[int, str]) -> Optional[np.ndarray]:
     """
     total, domain = np.zeros(3), fluid_domain(blocks)
     for path in blocks.values():
-        _, _, dx = _nodes_of(path)
+        _, count, dx = _nodes_of(path)
         with opened(path) as file:
             if "Velocity" not in file:
                 return None
-            velocity = np.asarray(file["Velocity"][1:-1, 1:-1, 1:-1], float)
-            unit = 1e6 if _is_si(file) else dx / float(np.ravel(file.attrs["dt"])[0])
+            velocity = _inside(file, "Velocity", count, 3)
+            unit = 1e6 if file.numbers("dxdydz", 3)[0] != 1.0 else dx / file.number("dt")
             if "Boundary" in file:
-                velocity = velocity * (file["Boundary"][1:-1, 1:-1, 1:-1] == 0)
+                velocity = velocity * (_inside(file, "Boundary", count, 1) == 0)
         total += velocity.sum(axis=(0, 1, 2)) * unit * dx ** 3
     return None if domain is None else total / domain.size
 
 
-def _is_si(file: object) -> bool:
-    return float(np.ravel(file.attrs["dxdydz"])[0]) != 1.0  # type: ignore[attr-defined]
+def _inside(file: Group, name: str, count: np.ndarray, columns: int) -> np.ndarray:
+    """Numbers of the nodes of a block without the layer around it. Raises Damaged"""
+    table, shape = file.dataset(name), (*(count[::-1] + 2), columns)
+    if table.shape != shape:
+        raise Damaged(f"'{name}' has the shape {table.shape}, and the block has {' x '.join(map(str, count))} nodes")
+    values = np.asarray(table[1:-1, 1:-1, 1:-1], float)
+    if not np.isfinite(values).all():
+        raise Damaged(f"'{name}' has values that are not numbers")
+    return values
 
 
 def _nodes_of(path: str) -> Tuple[np.ndarray, np.ndarray, float]:
     """First node of the block and number of nodes along x, y, z; their spacing [µm]. Raises InputError"""
     with opened(path) as file:
-        require_attributes(path, file.attrs, "dx", "dt", "subdomainSize", "relativePosition", "dxdydz")
-        dx = 1e6 * float(np.ravel(file.attrs["dx"])[0])
-        unit = float(np.ravel(file.attrs["dxdydz"])[0])
-        first = np.asarray(file.attrs["relativePosition"], float)[::-1] / unit + 1.5
-        count = np.asarray(file.attrs["subdomainSize"], int)[::-1] - 2
-    return np.round(first), count, dx
+        require_attributes(path, file, "dx", "dt", "subdomainSize", "relativePosition", "dxdydz")
+        dx, dt, unit = 1e6 * file.number("dx"), file.number("dt"), float(file.numbers("dxdydz", 3)[0])
+        place, size = file.numbers("relativePosition", 3), file.numbers("subdomainSize", 3)
+        if not (1e-4 < dx < 1e6 and 0 < dt < 1e10 and unit > 0 and size.min() > 2 and size.max() < 1 << 31):
+            raise Damaged("its attributes are not those of a block")
+    return np.round(np.asarray(place, float)[::-1] / unit + 1.5), np.asarray(size, int)[::-1] - 2, dx

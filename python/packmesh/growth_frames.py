@@ -9,14 +9,13 @@ with cat_cells_0000.vtp, ... there. Polygons have the data id, species and scale
 """
 from __future__ import annotations
 
-import argparse
 import os
 import re
 from typing import Dict, List, Tuple
 
 import numpy as np
 
-from packmesh import cat_cells, files
+from packmesh import cat_cells, command, files, hdf5_files
 from packmesh.errors import InputError
 from packmesh.formats import File, vtk
 from packmesh.packing_file import matrices_of
@@ -26,18 +25,19 @@ class State:
     """Cells in the order of the file. Raises InputError"""
 
     def __init__(self, path: str) -> None:
-        import h5py  # only reading needs it
-
-        try:
-            with h5py.File(path, "r") as file:
-                species = [file[f"species/{i}"] for i in range(len(file["species"]))]
-                self.meshes = [(one["vertices"][()], one["triangles"][()]) for one in species]
-                cells = {name: table[()] for name, table in file["cells"].items()}
-        except (OSError, KeyError, ValueError, TypeError, RuntimeError):
-            raise InputError(f"{path}: is not a state of growth, or is damaged") from None
-        self.species, self.scale, self.position = cells["species"], cells["scale"], cells["position"]
+        with hdf5_files.opened(path, "is not a state of growth, or is damaged") as file:
+            self.meshes = [one.mesh() for one in file.groups("species")]
+            cells = file.group("cells")
+            self.species, self.scale = cells.table("species", 0, whole=True), cells.table("scale", 0)
+            self.position, orientation = cells.table("position", 3), cells.table("orientation", 4)
+            if not len(self.species) == len(self.scale) == len(self.position) == len(orientation):
+                raise hdf5_files.Damaged("tables of different sizes")
+            if len(self.species) and not 0 <= self.species.min() <= self.species.max() < len(self.meshes):
+                raise hdf5_files.Damaged("a cell of no species")
+            if not np.isfinite(self.scale).all():
+                raise hdf5_files.Damaged("values out of range")
         self.data = {"id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
-        self.linear = self.scale[:, None, None] * matrices_of(np.roll(cells["orientation"], -1, axis=1))
+        self.linear = self.scale[:, None, None] * matrices_of(np.roll(orientation, -1, axis=1))
 
     def membranes(self, name: str) -> File:
         def group(kind: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:
@@ -99,14 +99,10 @@ def convert(folder: str) -> None:
         os.remove(path)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main() -> None:
+    parser = command.Parser(__doc__)
     parser.add_argument("folder", help="growth_frames")
     parser.add_argument("--remove", action="store_true", help="the states that were read")
     words = parser.parse_args()
-
-    def work() -> None:
-        (convert if words.remove else write)(words.folder)
-        files.say(f"Wrote {os.path.join(words.folder, 'growth.pvd')}")
-
-    return files.run_command(work)
+    (convert if words.remove else write)(words.folder)
+    files.say(f"Wrote {os.path.join(words.folder, 'growth.pvd')}")

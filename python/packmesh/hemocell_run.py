@@ -90,7 +90,7 @@ class Run:
                 for header in first._headers_of(name):
                     if header.rows and "Cell Id" in header.datasets:
                         with block_files.opened(header.path) as file:
-                            self._largest_id = max(self._largest_id, int(file["Cell Id"][()].max()))
+                            self._largest_id = max(self._largest_id, int(file.table("Cell Id", 1).max()))
         return self._largest_id
 
     def _warn_once(self, about: str, text: str) -> None:
@@ -201,7 +201,7 @@ class Step:
         headers, parts = self._headers_of(name), []
         for header in headers:
             with block_files.opened(header.path) as file:
-                parts.append(np.asarray(file["Position"][()], float).reshape(-1, 3))
+                parts.append(np.asarray(file.table("Position", 3), float))
         rows = np.concatenate(parts)
         return rows * (block_files.micrometres_per_unit(rows, headers[0].dx) if len(rows) else 1.0)
 

@@ -18,6 +18,7 @@ from packmesh.errors import InputError
 #: Ids are written as float32, in which whole numbers are exact up to this one.
 LARGEST_EXACT_ID = 1 << 24
 _LEAST_TOLERANCE = 1e-4  # of coordinates [µm]
+_FARTHEST = 1e9  # coordinate of a vertex [µm]
 _MOST_ALIKE = 8  # cells of the same shape that can still be images of one
 
 Advance = Callable[[int], None]  # called with the number of cells read
@@ -122,10 +123,12 @@ def _read(headers: List[BlockFile], layout: Layout, progress: Advance) -> Tuple[
         if header.rows == 0:
             continue
         for numbers, rows in cells_in(header, layout, "Position"):
-            scale = micrometres_per_unit(rows[0], header.dx) if scale is None else scale
+            scale = micrometres_per_unit(rows, header.dx) if scale is None else scale
             vertices = rows.astype(float) * scale
             if not np.isfinite(vertices).all():
                 raise InputError(f"{header.path}: has positions that are not numbers")
+            if np.abs(vertices).max() > _FARTHEST:
+                raise InputError(f"{header.path}: has positions beyond {_FARTHEST:g} µm")
             center, low, high = vertices.mean(axis=1), vertices.min(axis=1), vertices.max(axis=1)
             sums = np.einsum("v,nvk->nk", weights, vertices) / layout.vertices
             digests = [hashlib.blake2b(one.tobytes(), digest_size=16).digest() for one in rows]
@@ -154,6 +157,8 @@ def _ids(headers: List[BlockFile], layout: Layout) -> Tuple[Optional[np.ndarray]
         if "Cell Id" not in header.datasets:
             return None, None
         for numbers, rows in cells_in(header, layout, "Cell Id"):
+            if np.any(rows != np.floor(rows)) or not np.isfinite(rows).all():
+                raise InputError(f"{header.path}: has ids of cells that are no whole numbers")
             if np.any(rows != rows[:, :1]):
                 raise InputError(f"{header.path}: {layout.vertices} successive rows are not of one cell")
             if np.any(np.abs(rows[:, 0, 0]) >= LARGEST_EXACT_ID):

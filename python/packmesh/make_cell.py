@@ -10,10 +10,12 @@
 `--length` is the largest extent, measured along the x axis; `--volume` sets the width of a sickle and the thickness of a
 discocyte. A sphere is subdivided (`--triangles` at least) and mapped, so the mesh is a closed 2-manifold. Without numpy.
 """
-import argparse
 import math
 import struct
-import sys
+
+from packmesh import command, files
+
+LEAST_WIDTH = 1e-3  # of cells, in their length
 
 
 def sphere(least):
@@ -73,22 +75,30 @@ def volume(vertices, triangles):
     return sum(determinant(*(vertices[i] for i in t)) for t in triangles) / 6
 
 
+def stl(head, facets, count):
+    """A binary STL, in pieces."""
+    yield head.encode().ljust(80, b" ") + struct.pack("<I", count)
+    for a, b, c in facets:
+        u, v = ([q[k] - a[k] for k in range(3)] for q in (b, c))
+        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        norm = math.hypot(*n) or 1.0  # a triangle without area has no normal
+        yield struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0)
+
+
 def main():
     kinds = {"sickle": (sickle, 12.0, 75.0), "discocyte": (discocyte, 7.82, 81.0), "spherocyte": (spherocyte, 5.4, None)}
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.Parser(__doc__)
     parser.add_argument("kind", choices=kinds)
     parser.add_argument("file", help="the STL to write")
-    parser.add_argument("--length", type=float, help="largest extent, µm (12; 7.82; 5.4)")
-    parser.add_argument("--volume", type=float, help="volume, µm³ (75; 81)")
-    parser.add_argument("--triangles", type=int, default=600, help="minimum number, as HemoCell's minNumTriangles (600)")
+    parser.add_argument("--length", type=command.number(0.01, 1e4, "a length [µm]"), help="largest extent, µm (12; 7.82; 5.4)")
+    parser.add_argument("--volume", type=command.number(1e-9, 1e12, "a volume [µm³]"), help="volume, µm³ (75; 81)")
+    parser.add_argument("--triangles", type=command.whole(20, 200000, "a number"), default=600, help="minimum number, as HemoCell's minNumTriangles (600)")
     options = parser.parse_args()
     shape, length, wanted = kinds[options.kind]
     length = options.length or length
     if options.kind == "spherocyte" and options.volume:
         parser.error("the volume of a spherocyte follows from its --length")
     wanted = options.volume or wanted
-    if length <= 0 or (wanted or 1) <= 0 or not 20 <= options.triangles <= 200000:
-        parser.error("--length and --volume must be positive, --triangles between 20 and 200000")
 
     points, triangles = sphere(options.triangles)
     width = 1.0
@@ -102,17 +112,12 @@ def main():
         width *= (wanted / here) ** (0.5 if options.kind == "sickle" else 1.0)
     if options.kind == "sickle" and width > 0.6 * length or options.kind == "discocyte" and width > 1.2 * length:
         parser.error("so large a --volume does not fit in that --length")
+    if width < LEAST_WIDTH * length and wanted is not None:
+        parser.error("so small a --volume is flat in that --length")
     middle = [(min(v[k] for v in mapped) + max(v[k] for v in mapped)) / 2 for k in range(3)]
     mapped = [tuple(v[k] - middle[k] for k in range(3)) for v in mapped]
 
-    with open(options.file, "wb") as out:
-        out.write(b"cell made by make_cell.py".ljust(80, b" ") + struct.pack("<I", len(triangles)))
-        for t in triangles:
-            a, b, c = (mapped[i] for i in t)
-            u, v = ([q[k] - a[k] for k in range(3)] for q in (b, c))
-            n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
-            norm = math.hypot(*n)
-            out.write(struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0))
+    files.write(options.file, stl("cell made by make_cell.py", ([mapped[i] for i in t] for t in triangles), len(triangles)))
     extent = [max(v[k] for v in mapped) - min(v[k] for v in mapped) for k in range(3)]
     print(f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
           f"{volume(mapped, triangles):.3f} µm³")

@@ -11,10 +11,13 @@
 The surface is the zero level of a distance function, found on a grid by marching tetrahedra: a closed 2-manifold at
 any spacing. Needs no numpy; a vessel of 100,000 triangles takes about a minute.
 """
-import argparse
 import itertools
 import math
 import struct
+
+from packmesh import command, files
+
+MOST_NODES = 20_000_000  # of the grid, some 2 GB
 
 
 def smooth_union(a, b, width):
@@ -148,23 +151,27 @@ class MarchingTetrahedra:
 
 def main():
     shapes = {f.__name__: f for f in (bifurcation, aneurysm, stenosis, bend)}
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.Parser(__doc__)
+    length = command.number(0.01, 1e5, "a length [µm]")
     parser.add_argument("shape", choices=shapes)
     parser.add_argument("file")
-    parser.add_argument("--radius", type=float, default=12.0, help="of the tube at x = 0 [µm] (default 12)")
-    parser.add_argument("--length", type=float, default=80.0, help="along x [µm] (default 80)")
-    parser.add_argument("--spacing", type=float, help="of the grid [µm] (default: a sixth of the radius)")
+    parser.add_argument("--radius", type=length, default=12.0, help="of the tube at x = 0 [µm] (default 12)")
+    parser.add_argument("--length", type=length, default=80.0, help="along x [µm] (default 80)")
+    parser.add_argument("--spacing", type=length, help="of the grid [µm] (default: a sixth of the radius)")
     options = parser.parse_args()
-    if not (options.radius > 0 and options.length > 0 and (options.spacing is None or options.spacing > 0)):
-        parser.error("lengths must be positive")
     spacing = options.spacing or options.radius / 6
     distance, half_y, half_z = shapes[options.shape](options.radius, options.length)
     lowest = -half_y if options.shape == "bifurcation" else -1.3 * options.radius
     extent = [options.length, half_y - lowest, 2 * half_z]
     counts = [max(4, round(e / spacing)) for e in extent]
+    nodes = math.prod(n + 1 for n in counts)
+    if nodes > MOST_NODES:
+        parser.error(f"with a --spacing of {spacing:g} µm the grid has {nodes} nodes; expected at most {MOST_NODES}")
     mesh = MarchingTetrahedra(distance, [e / n for e, n in zip(extent, counts)], counts, [0.0, lowest, -half_z])
-    with open(options.file, "wb") as out:
-        out.write(struct.pack("<80sI", b"made by make_vessel.py: " + options.shape.encode(), len(mesh.triangles)))
+    def pieces():
+        yield struct.pack("<80sI", b"made by make_vessel.py: " + options.shape.encode(), len(mesh.triangles))
         for triangle in mesh.triangles:
-            out.write(struct.pack("<12fH", 0, 0, 0, *(x for v in triangle for x in mesh.vertices[v]), 0))
+            yield struct.pack("<12fH", 0, 0, 0, *(x for v in triangle for x in mesh.vertices[v]), 0)
+
+    files.write(options.file, pieces())
     print(f"{options.file}: {len(mesh.triangles)} triangles")

@@ -8,9 +8,12 @@ from typing import Tuple
 import numpy as np
 
 
+_FLAT = 1e-9  # of the cube of its length is at most the volume of a cell that counts as flat
+
+
 @dataclasses.dataclass(frozen=True)
 class Shapes:
-    """Of N cells.
+    """Of N cells. Those that are flat, or a point, have no volume: their centres are the means of the vertices, their axes are NaN.
 
     volume, area: [µm³], [µm²], shape (N,)
     center: centres of the volumes [µm], shape (N, 3)
@@ -31,7 +34,7 @@ class Shapes:
     def elongation(self) -> np.ndarray:
         """(a - b) / (a + b) of the two longer semi-axes: 0 for a red cell at rest, shape (N,)."""
         a, b = self.semi_axes[:, 0], self.semi_axes[:, 1]
-        return (a - b) / (a + b)
+        return np.divide(a - b, a + b, out=np.full(len(a), np.nan), where=a + b > 0)
 
     @property
     def flat_axis(self) -> np.ndarray:
@@ -60,14 +63,19 @@ def shapes_of(vertices: np.ndarray, triangles: np.ndarray) -> Shapes:
     normals = _cross(b - a, c - a)
     tetrahedra = np.einsum("ntk,ntk->nt", a, normals) / 6
     volume = tetrahedra.sum(axis=1)
+    low, high = vertices.min(axis=1), vertices.max(axis=1)
+    flat = ~(np.abs(volume) > _FLAT * (high - low).max(axis=1) ** 3)
+    volume = np.where(flat, 0.0, volume)
+    divisor = np.where(flat, 1.0, volume)
     sums = a + b + c
-    center = np.einsum("nt,ntk->nk", tetrahedra, sums) / 4 / volume[:, None]
+    center = np.where(flat[:, None], 0.0, np.einsum("nt,ntk->nk", tetrahedra, sums) / 4 / divisor[:, None])
     moments = sum(np.swapaxes(x * tetrahedra[:, :, None], 1, 2) @ x for x in (a, b, c, sums)) / 20
     moments -= volume[:, None, None] * center[:, :, None] * center[:, None, :]
     values, vectors = np.linalg.eigh(moments)
-    semi_axes = np.sqrt(np.maximum(5 * values[:, ::-1] / volume[:, None], 0))
+    semi_axes = np.sqrt(np.maximum(5 * values[:, ::-1] / divisor[:, None], 0))
+    semi_axes[flat], vectors[flat] = np.nan, np.nan
     return Shapes(volume, 0.5 * np.linalg.norm(normals, axis=2).sum(axis=1), middle + center, semi_axes,
-                  np.swapaxes(vectors[:, :, ::-1], 1, 2), vertices.min(axis=1), vertices.max(axis=1))
+                  np.swapaxes(vectors[:, :, ::-1], 1, 2), low, high)
 
 
 def points_of(vertices: np.ndarray) -> Shapes:
@@ -140,7 +148,8 @@ def volume_points(vertices: np.ndarray, triangles: np.ndarray, most: int, seed: 
         chosen = np.stack([np.searchsorted(sums[i], at[i]) for i in range(len(cones))]).clip(max=cones.shape[1] - 1)
         signs = np.sign(np.take_along_axis(cones, chosen, axis=1))
         ends = np.take_along_axis(ends, chosen[:, :, None], axis=1)
-        cones = signs * (cones.sum(axis=1) / signs.sum(axis=1))[:, None]  # the volume of each cell is exact
+        weighed = signs.sum(axis=1)
+        cones = signs * (cones.sum(axis=1) / np.where(weighed == 0, 1, weighed))[:, None]  # the volume of each cell is exact
     shells = ((np.arange(3) + 0.5) / 3) ** (1 / 3)
     points = middle[:, None, None] + ends[:, :, None] * shells[:, None]
     return points.reshape(-1, 3), np.repeat(cones[:, :, None] / 3, 3, axis=2).ravel()

@@ -11,11 +11,17 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from packmesh import hdf5_files
 from packmesh.errors import InputError
+from packmesh.hdf5_files import Damaged, Group
 
 #: The first word of the command of a state with cells of a run.
 RUN_COMMAND = "packmesh.hemocell_output"
 _ROUNDING = 1e-6  # of unit quaternions and scales
+_FARTHEST = 1e9  # coordinate of a cell [µm]
+#: Of tables of cells that are known.
+_COLUMNS = {"position": 3, "orientation": 4, "membrane": 0, "gap": 0, "local_hematocrit": 0, "scale": 0, "angles": 3}
+_REQUIRED = ("position", "orientation")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,61 +68,64 @@ class PackingFile:
 
     def __init__(self, path: str) -> None:
         """Raises InputError"""
-        import h5py  # only reading needs it
-
         self.path = path
-        try:
-            with h5py.File(path, "r") as file:
-                self._read(file)
-        except FileNotFoundError:
-            raise InputError(f"{path}: there is no such file") from None
-        except (OSError, KeyError, ValueError, IndexError, TypeError, RuntimeError) as error:
-            raise InputError(f"{path}: is no state or packing of packMesh, or is damaged ({_line(error)})") from None
+        with hdf5_files.opened(path, "is no state or packing of packMesh, or is damaged") as file:
+            self._read(file)
 
-    def _read(self, file: Any) -> None:
-        cells = file["cells"]
-        parts = [file[f"species/{i}"] for i in range(len(file["species"]))]
+    def _read(self, file: Group) -> None:
+        cells = file.group("cells")
+        parts = file.groups("species")
         names: List[str] = []  # "RBC, region 1" is a part of "RBC"
         of_part = []
         for part in parts:
-            name = _text(part.attrs["name"]).split(",")[0]
+            name = part.text("name").split(",")[0]
             if name not in names:
                 names.append(name)
             of_part.append(names.index(name))
-        part_of_cell = cells["species"][()]
+        part_of_cell = cells.table("species", 0, whole=True)
         if len(part_of_cell) and not 0 <= part_of_cell.min() <= part_of_cell.max() < len(parts):
-            raise ValueError("a cell of no species")
+            raise Damaged("a cell of no species")
         species = np.array(of_part, int)[part_of_cell]
         order = np.argsort(species, kind="stable")
         in_order = order if np.any(np.diff(species) < 0) else slice(None)
         self.species = species[in_order]
-        stored = {name: table[()][in_order] for name, table in cells.items() if name not in ("id", "species")}
-        if len({len(table) for table in (*stored.values(), species)}) != 1:
-            raise ValueError("tables of different sizes")
+        stored = {name: cells.table(name, _COLUMNS.get(name), whole=name == "membrane")
+                  for name in (*_COLUMNS, *cells.names()) if name not in ("id", "species") and (name in cells or name in _REQUIRED)}
+        if {len(table) if table.ndim else 0 for table in (*stored.values(), species)} != {len(species)}:
+            raise Damaged("tables of different sizes")
+        stored = {name: table[in_order] for name, table in stored.items()}
         self.positions, self.orientations = stored.pop("position"), stored.pop("orientation")
         rows = stored.pop("membrane", None)
         self.deformed = np.zeros(len(self.positions), bool) if rows is None else rows >= 0
         self._part, self._row = part_of_cell[in_order], rows
-        self._membranes = {i: part["membranes"][()] for i, part in enumerate(parts) if "membranes" in part}
+        self._membranes = {i: part.table("membranes") for i, part in enumerate(parts) if "membranes" in part}
         self.columns: Dict[str, np.ndarray] = stored
-        if not (np.isfinite(self.positions).all() and
-                np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING)):
-            raise ValueError("values out of range")
-        is_packing = "kind" in file.attrs
-        if is_packing and (_text(file.attrs["kind"]), int(file.attrs["version"])) != ("packMesh packing", 1):
-            raise ValueError("of another version")
+        if not np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING) or np.abs(self.positions).max(initial=0) > _FARTHEST:
+            raise Damaged("values out of range")
+        is_packing = file.has_attribute("kind")
+        if is_packing and (file.text("kind"), file.whole("version")) != ("packMesh packing", 1):
+            raise Damaged("of another version")
         self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
-        self.of_run = "command" in file and _text(file["command"].attrs.get("0", "")) == RUN_COMMAND
+        self.of_run = "command" in file and file.group("command").has_attribute("0") and file.group("command").text("0") == RUN_COMMAND
         counts = np.bincount(self.species, minlength=len(names))
         self.kinds = []
         for number, name in enumerate(names):
             part = parts[of_part.index(number)]
-            origin = part["origin_in_file"][()] if "origin_in_file" in part else []
-            self.kinds.append(Kind(name, int(part.attrs["count"]) if is_packing else int(counts[number]),
-                                   bool(part.attrs.get("red", True)), part["vertices"][()], part["triangles"][()],
-                                   origin[0] if len(origin) else None, _text(part.attrs.get("unlike_file", ""))))
+            origin = part.table("origin_in_file", 3) if "origin_in_file" in part else []
+            self.kinds.append(Kind(name, part.whole("count") if is_packing else int(counts[number]),
+                                   bool(part.number("red")) if part.has_attribute("red") else True, *part.mesh(),
+                                   origin[0] if len(origin) else None, part.text("unlike_file") if part.has_attribute("unlike_file") else ""))
+        self._require_membranes(parts)
         self.lumen = _lumen_of(file)
-        self.faults = _faults_of(file)
+        self.faults = _faults_of(file, len(self.species))
+
+    def _require_membranes(self, parts: List[Group]) -> None:
+        for i, part in enumerate(parts):
+            rows = self._row[(self._part == i) & self.deformed] if self._row is not None else np.zeros(0, int)
+            vertices = part.mesh()[0]
+            membranes = self._membranes.get(i, np.zeros((0, *vertices.shape)))
+            if membranes.shape[1:] != vertices.shape or rows.max(initial=-1) >= len(membranes) or not np.isfinite(membranes).all():
+                raise Damaged("'membranes' are not those of its cells")
 
     def __len__(self) -> int:
         return len(self.species)
@@ -208,26 +217,23 @@ def angles_of(q: Sequence[float]) -> List[float]:
     return [angle / (math.pi / 180) + 0.0 for angle in (a, b, c)]  # -0 becomes 0
 
 
-def _lumen_of(file: Any) -> Optional[Lumen]:
+def _lumen_of(file: Group) -> Optional[Lumen]:
     if "lumen" not in file:
         return None
-    lumen = file["lumen"]
-    wall = "vertices" in lumen
-    return Lumen(*lumen["box"][()], lumen["vertices"][()] if wall else None, lumen["triangles"][()] if wall else None)
+    lumen = file.group("lumen")
+    box = lumen.table("box", 3)
+    if len(box) != 3 or not np.all(box[0] <= box[1]):
+        raise Damaged("the box of the lumen is none")
+    return Lumen(*box, *(lumen.mesh() if "vertices" in lumen else (None, None)))
 
 
-def _faults_of(file: Any) -> Faults:
+def _faults_of(file: Group, cells: int) -> Faults:
     if "faults" not in file:
         return Faults([], [])
-    faults = file["faults"]
-    reasons = faults["reasons"].attrs
-    return Faults([(int(a), int(b)) for a, b in faults["overlapping"][()].reshape(-1, 2)],
-                  [(int(cell), _text(reasons[str(i)])) for i, cell in enumerate(faults["misplaced"][()])])
-
-
-def _text(value: Any) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-
-def _line(error: BaseException) -> str:
-    return str(error.args[0] if error.args else error).splitlines()[0]
+    faults = file.group("faults")
+    reasons, pairs = faults.group("reasons"), faults.table("overlapping", whole=True).reshape(-1, 2)
+    misplaced = faults.table("misplaced", whole=True).ravel()
+    for numbers in (pairs, misplaced):
+        if numbers.size and not 0 <= numbers.min() <= numbers.max() < cells:
+            raise Damaged("faults of no cell")
+    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i))) for i, cell in enumerate(misplaced)])

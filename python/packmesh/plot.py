@@ -6,12 +6,12 @@
 draws the volume fraction over the distance to the wall (where there is one) and along x, y and z, the gaps, and the
 direction of the symmetry axes. The picture can also be a PDF (plots.pdf). --csv writes the same numbers as tables, one file each.
 """
-import argparse
 import csv
-import json
+import io
 import math
 import os
-import sys
+
+from packmesh import command, files, report_file
 
 #: Of species and axes, as on the page of reports (page/data.js).
 COLOURS = {"RBC": "#b3261e", "vRBC": "#b3261e", "PLT": "#d69e00", "WBC": "#64748b"}
@@ -70,16 +70,16 @@ def tables(measures):
     return found
 
 
-def write_tables(named, folder):
-    """Head and rows of each, by file name."""
-    os.makedirs(folder, exist_ok=True)
+def write_tables(named, folder, outputs):
+    """Head and rows of each, by file name. Returns the names"""
+    paths = []
     for name, (head, rows) in named.items():
-        path = os.path.join(folder, name + ".csv")
-        with open(path, "w", newline="", encoding="utf-8") as file:
+        paths.append(os.path.join(folder, name + ".csv"))
+        with outputs.begin_text(paths[-1]) as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(head)
             writer.writerows(rows)
-        print(f"(packMesh) Wrote {path}")
+    return paths
 
 
 def draw_wall(axis, wall):
@@ -131,11 +131,9 @@ def draw_orientation(axis, orientation):
     axis.legend(fontsize=8)
 
 
-def draw(measures, path):
-    try:
-        import matplotlib
-    except ImportError:
-        fail("the plots need Python's matplotlib (Debian: python3-matplotlib); --csv writes tables without it")
+def picture_of(measures, ending):
+    """The bytes of a file with this ending: png, pdf, svg."""
+    import matplotlib  # only pictures need it
 
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
@@ -154,67 +152,25 @@ def draw(measures, path):
     if measures.get("leftOut"):
         figure.suptitle(f"Profiles: without {measures['leftOut']} cells that are not wholly inside the lumen", fontsize=10)
     figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    print(f"(packMesh) Wrote {path}")
-
-
-def fail(message):
-    sys.exit(f"(packMesh) (Error) {message}")
-
-
-def fail_incomplete(path, error):
-    """For what is raised where a part of a report is missing or is something else."""
-    missing = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else f"a value is not what it should be ({error})"
-    fail(f"{path}: is not a complete report of packMesh: {missing}")
-
-
-def names_in(report):
-    """All names of species, and of other parts of a report."""
-    parts = report.values() if isinstance(report, dict) else report if isinstance(report, list) else ()
-    if isinstance(report, dict) and "name" in report:
-        yield report["name"]
-    for part in parts:
-        yield from names_in(part)
-
-
-def is_name(name):
-    """Whether packMesh writes it: not invisible, and no formula to a spreadsheet."""
-    return isinstance(name, str) and name.isprintable() and not name.startswith(("=", "+", "-", "@"))
-
-
-def read_report(path):
-    try:
-        with open(path, encoding="utf-8") as file:
-            report = json.load(file)
-    except OSError as error:
-        fail(f"{path}: cannot be read: {error.strerror}")
-    except ValueError:
-        fail(f"{path}: is not a report of packMesh (packMesh --report report.json): it is not a JSON file")
-    if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
-        fail(f"{path}: is not a report of packMesh")
-    if report.get("schemaVersion") != 1:
-        fail(f"{path}: has version {report.get('schemaVersion')} of the schema, this program reads version 1")
-    for name in names_in(report):
-        if not is_name(name):
-            fail(f"{path}: contains the name {name!r}, which is none that packMesh gives")
-    return report
+    data = io.BytesIO()
+    figure.savefig(data, dpi=110, format=ending)
+    return data.getvalue()
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.Parser(__doc__)
     parser.add_argument("report", help="report.json")
     parser.add_argument("picture", nargs="?", help="PNG, PDF or SVG (default: the report's name with .png)")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     words = parser.parse_args()
-    report = read_report(words.report)
     picture = words.picture or os.path.splitext(words.report)[0] + ".png"
-    try:
-        if words.csv:
-            write_tables(tables(report["measures"]), words.csv)
-        draw(report["measures"], picture)
-    except OSError as error:
-        fail(f"{error.filename}: cannot be written: {error.strerror}" if error.filename else error)
-    except ValueError as error:
-        fail(error)
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
-        fail_incomplete(words.report, error)
+    ending = os.path.splitext(picture)[1][1:].lower()
+    if ending not in ("png", "pdf", "svg"):
+        raise command.UsageError(f"{picture}: expected a picture that ends in .png, .pdf or .svg")
+    measures = report_file.read_report(words.report)["measures"]
+    with files.Outputs() as outputs:
+        written = write_tables(tables(measures), words.csv, outputs) if words.csv else []
+        outputs.write(picture, [picture_of(measures, ending)])
+        outputs.commit()
+    for path in (*written, picture):
+        files.say(f"Wrote {path}")

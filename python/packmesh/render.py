@@ -30,7 +30,7 @@ import subprocess
 import sys
 import tempfile
 
-from packmesh import scene, vtp
+from packmesh import command, files, scene, vtp
 from packmesh.errors import InputError, OutputError
 
 OPTIONS = ("scene", "show", "color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
@@ -38,24 +38,19 @@ QUALITIES = {"draft": ["-A"], "normal": ["+A0.2", "+AM2", "+R2"], "fine": ["+A0.
 COLOURS = {"species": [], "gap": ["Declare=ColorBy=1"], "orientation": ["Declare=ColorBy=2"]}
 
 
-def say(text):
-    print(f"(packMesh) {text}", flush=True)
-
-
-def fail(text, code=2):
-    print(f"(packMesh) (Error) {text}", file=sys.stderr)
-    sys.exit(code)
+def fail(text):
+    raise command.UsageError(text)
 
 
 def between(name, value, low, high):
     """The text of a number in that range."""
-    if not re.fullmatch(r"-?\d*\.?\d+", value) or not low <= float(value) <= high:
+    if not re.fullmatch(r"-?[0-9]{0,9}\.?[0-9]{1,20}", value) or not low <= float(value) <= high:
         fail(f"{name}: expected a number in [{low}, {high}], found '{value}'")
     return value
 
 
 def whole(name, value, low, high):
-    if not re.fullmatch(r"\d{1,6}", value):
+    if not re.fullmatch("[0-9]{1,6}", value):
         fail(f"{name}: expected a whole number in [{low}, {high}], found '{value}'")
     return int(between(name, value, low, high))
 
@@ -98,20 +93,22 @@ def declarations(options):
     return told
 
 
-def animate(base):
-    """Of base-000.png and so on."""
+def animation_of(base):
+    """Of base-000.png and so on: a file with another ending beside them, None if no program makes it."""
     if shutil.which("ffmpeg"):
         made = base + ".mp4"
-        command = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", "15", "-i", base + "-%03d.png", "-vf",
-                   "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", made]
+        words = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", "15", "-i", base + "-%03d.png", "-vf",
+                 "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", made]
     elif shutil.which("magick"):
         made = base + ".gif"
-        command = ["magick", "-delay", "7", "-loop", "0", *sorted(glob.glob(glob.escape(base) + "-[0-9][0-9][0-9].png")), made]
+        words = ["magick", "-delay", "7", "-loop", "0", *sorted(glob.glob(glob.escape(base) + "-[0-9]*.png")), made]
     else:
-        return say("No animation: neither ffmpeg nor ImageMagick is installed")
-    if subprocess.run(command, check=False).returncode == 0:
-        say(f"Wrote {made}")
-    return None
+        files.say("No animation: neither ffmpeg nor ImageMagick is installed")
+        return None
+    if subprocess.run(words, check=False).returncode != 0:
+        files.warn(f"No animation: {words[0]} failed")
+        return None
+    return made
 
 
 def largest_gap(told, file):
@@ -128,35 +125,28 @@ def write_case_files(what, folder):
     """The files of packMesh --vtp of a case, by the C++ module."""
     try:
         import packmesh
-        packmesh.Case(what).check(vtp=folder)
     except ImportError:
-        fail(f"{what}: the Python package packmesh is not installed with its C++ module; write the files for the picture by "
-             "packMesh check config.xml --vtp, and render their folder", 1)
-    except packmesh.Error as error:
-        fail(error)
+        raise command.UnusableError(f"{what}: the Python package packmesh is not installed with its C++ module; write the files for the picture by "
+                                    "packMesh check config.xml --vtp, and render their folder") from None
+    packmesh.Case(what).check(vtp=folder)
 
 
 def write_scene(what, shown, target):
-    """Of anything but a scene."""
-    try:
-        if what.endswith(".vtp"):
-            scene.write(target, scene.cat_scene(vtp.read(what), shown))
-        elif what.endswith(".h5"):
-            scene.write_of(target, what)
-        elif os.path.isdir(what):
-            scene.write(target, scene.packing_scene(*scene.read_packing(what)))
-        else:
-            with tempfile.TemporaryDirectory() as folder:
-                write_case_files(what, folder)
-                scene.write(target, scene.packing_scene(*scene.read_packing(folder)))
-    except scene.Unusable as error:
-        fail(error if os.path.isdir(what) else f"{what}: {error}")
-    except (vtp.Unreadable, InputError) as error:
-        fail(error)
-    except OutputError as error:
-        fail(error, 1)
-    except OSError as error:
-        fail(f"{error.filename}: {error.strerror}", 1)
+    """Of anything but a scene. Raises InputError, OutputError"""
+    if what.endswith(".vtp"):
+        surface = vtp.read(what)
+        try:
+            scene.write(target, scene.cat_scene(surface, shown))
+        except InputError as error:
+            raise InputError(f"{what}: {error}") from None
+    elif what.endswith(".h5"):
+        scene.write_of(target, what)
+    elif os.path.isdir(what):
+        scene.write(target, scene.packing_scene(*scene.read_packing(what)))
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            write_case_files(what, folder)
+            scene.write(target, scene.packing_scene(*scene.read_packing(folder)))
 
 
 def picture_of(what):
@@ -171,7 +161,7 @@ def size_of(words, options):
     """Width and height in pixels."""
     width, height = "1200", None
     if "size" in options:
-        found = re.fullmatch(r"(\d+)x(\d+)", options["size"])
+        found = re.fullmatch("([0-9]+)x([0-9]+)", options["size"])
         if not found:
             fail(f"--size: expected WIDTHxHEIGHT such as 1200x800, found '{options['size']}'")
         width, height = found.groups()
@@ -179,27 +169,35 @@ def size_of(words, options):
     return width, whole("height", words[3] if len(words) > 3 else height or str(width * 2 // 3), 16, 20000)
 
 
-def rendered(file, picture, size, arguments):
-    """One picture. POV-Ray may only write below the folder it runs in: in a temporary folder, from which it is moved."""
-    with tempfile.TemporaryDirectory() as work:
-        shutil.copy(file, os.path.join(work, "scene.pov"))
-        done = subprocess.run(["povray", "+Iscene.pov", "+Oscene.png", f"+W{size[0]}", f"+H{size[1]}", *arguments, "-D", "-GA"],
-                              cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
-        if done.returncode != 0:
-            print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
-            fail(f"povray failed on {file}", 1)
-        shutil.move(os.path.join(work, "scene.png"), picture)
+def rendered(work, file, picture, size, arguments):
+    """One picture in the folder `work`: POV-Ray may only write below the folder it runs in."""
+    done = subprocess.run(["povray", "+Iscene.pov", "+O" + picture, f"+W{size[0]}", f"+H{size[1]}", *arguments, "-D", "-GA"],
+                          cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
+    if done.returncode != 0 or not os.path.isfile(os.path.join(work, picture)):
+        print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
+        raise InputError(f"{file}: povray fails on it")
+
+
+def contents_of(path):
+    with open(path, "rb") as file:
+        yield from iter(lambda: file.read(1 << 20), b"")
 
 
 def render(file, picture, size, arguments, turntable):
-    if not turntable:
-        rendered(file, picture, size, arguments)
-        return say(f"Wrote {picture}")
+    """All pictures are written, or none. Raises InputError, OutputError"""
     base = re.sub(r"\.png$", "", picture)
-    for frame in range(turntable):
-        rendered(file, f"{base}-{frame:03d}.png", size, [*arguments, f"Declare=Turn={360 * frame / turntable:g}"])
-    say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png")
-    return animate(base)
+    with tempfile.TemporaryDirectory() as work, files.Outputs() as outputs:
+        shutil.copy(file, os.path.join(work, "scene.pov"))
+        for frame in range(turntable or 1):
+            rendered(work, file, f"picture-{frame:03d}.png", size, [*arguments, f"Declare=Turn={360 * frame / (turntable or 1):g}"])
+            outputs.write(f"{base}-{frame:03d}.png" if turntable else picture, contents_of(os.path.join(work, f"picture-{frame:03d}.png")))
+        animation = animation_of(os.path.join(work, "picture")) if turntable else None
+        if animation:
+            outputs.write(base + os.path.splitext(animation)[1], contents_of(animation))
+        outputs.commit()
+    files.say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png" if turntable else f"Wrote {picture}")
+    if animation:
+        files.say(f"Wrote {base}{os.path.splitext(animation)[1]}")
 
 
 def main(arguments=None):
@@ -209,8 +207,7 @@ def main(arguments=None):
         return
     words, options = parse(arguments)
     if len(words) > 4:
-        print(__doc__, file=sys.stderr)
-        sys.exit(2)
+        fail(f"expected at most four words, found '{words[4]}'; --help lists them")
     told = declarations(options)
     turntable = whole("--turntable", options["turntable"], 2, 3600) if "turntable" in options else 0
     size = size_of(words, options)
@@ -220,7 +217,7 @@ def main(arguments=None):
     what = words[0] if words else "."
     ending = "" if os.path.isdir(what) else os.path.splitext(what)[1]
     if not os.access(what, os.R_OK):
-        fail(f"there is no readable '{what}'")
+        raise InputError(f"there is no readable '{what}'")
     if not os.path.isdir(what) and ending not in (".pov", ".vtp", ".h5", ".xml"):
         fail(f"{what}: is none of what can be rendered: a folder, config.xml, a state (.h5), .vtp or .pov; --help explains")
     if shown and ending != ".vtp":
@@ -229,16 +226,16 @@ def main(arguments=None):
         fail(f"--scene: {what} is a scene")
     picture = os.path.realpath(words[1] if len(words) > 1 else picture_of(what))
     if not os.path.isdir(os.path.dirname(picture)):
-        fail(f"there is no folder '{os.path.dirname(picture)}'")
+        raise OutputError(f"there is no folder '{os.path.dirname(picture)}'")
     with tempfile.TemporaryDirectory() as work:
         file = what
         if ending != ".pov":
             file = options.get("scene", os.path.join(work, "cells.pov"))
             write_scene(what, shown, file)
             if "scene" in options:
-                say(f"Wrote {file}")
+                files.say(f"Wrote {file}")
         if not shutil.which("povray"):
-            fail("povray is not installed (scripts/setup.sh)", 1)
+            raise command.UnusableError("povray is not installed (scripts/setup.sh)")
         render(file, picture, size, [*QUALITIES[quality], *told, *COLOURS[color]], turntable)
         if color == "gap":
-            say(f"Colours: gap 0 dark violet, {largest_gap(told, file)} µm and more yellow")
+            files.say(f"Colours: gap 0 dark violet, {largest_gap(told, file)} µm and more yellow")

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 import argparse
 import csv
-import math
 import os
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from packmesh import files
+from packmesh import command, files
 from packmesh.compare import table_lines
 from packmesh.errors import InputError
 from packmesh.hemocell_run import Run, Step, hemocell_output
@@ -195,26 +194,15 @@ def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:
     return within[::words.every]
 
 
-def number_above(text: str, kind: Any, least: float, expected: str) -> Any:
-    """An argument. Raises ArgumentTypeError"""
-    try:
-        value = kind(text)
-    except ValueError:
-        value = math.nan
-    if not least <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected {expected}, found '{text}'")
-    return value
-
-
 def parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command.Parser(__doc__)
     parser.add_argument("folder", help="output folder of the run")
     parser.add_argument("--case", metavar="config.xml", help="of the run, or its folder: lumen, density and particleEnvelope")
     parser.add_argument("--from", dest="begin", type=int, metavar="iteration", help="first step")
     parser.add_argument("--to", dest="end", type=int, metavar="iteration", help="last step")
-    parser.add_argument("--every", type=lambda text: number_above(text, int, 1, "1 or more steps"), default=1, metavar="n",
+    parser.add_argument("--every", type=command.whole(1, 10**9, "a number of steps"), default=1, metavar="n",
                         help="only every n-th step")
-    parser.add_argument("--near-wall", type=lambda text: number_above(text, float, 0, "a distance [µm]"), default=3.0, metavar="distance",
+    parser.add_argument("--near-wall", type=command.number(0, 1e6, "a distance [µm]"), default=3.0, metavar="distance",
                         help="of a platelet's centre to the wall [µm] (3)")
     parser.add_argument("--no-overlaps", action="store_true", help="without the test for overlapping membranes, which takes longest")
     parser.add_argument("--skip-damaged", action="store_true", help="leave out steps that are incomplete, with a warning")
@@ -228,28 +216,24 @@ def parsed() -> argparse.Namespace:
     return words
 
 
-def main() -> int:
+def main() -> None:
     words = parsed()
-
-    def work() -> None:
-        run = hemocell_output(words.folder, config=words.case)
-        chosen = chosen_of(run.iterations, words)
-        if words.state:
-            write_state(run, chosen, words)
-            return
-        steps, analysis = analysed(run, chosen, words)
-        show(steps, analysis)
-        with files.Outputs() as outputs:
-            if words.csv:
-                write_csv(words.csv, steps, analysis, outputs)
-            page = words.page or os.path.join(words.folder, "run.html")
-            if not words.no_page:
-                from packmesh import view  # only pages need it
-
-                text = view.page_of(page_data(run, steps, analysis), view.NO_CELLS, ("data", "tables", "plots", "run"), ("chart.min.js",))
-                outputs.write(page, [text.encode("utf-8", "replace")])
-            outputs.commit()
+    run = hemocell_output(words.folder, config=words.case)
+    chosen = chosen_of(run.iterations, words)
+    if words.state:
+        write_state(run, chosen, words)
+        return
+    steps, analysis = analysed(run, chosen, words)
+    show(steps, analysis)
+    page = words.page or os.path.join(words.folder, "run.html")
+    with files.Outputs() as outputs:
+        if words.csv:
+            write_csv(words.csv, steps, analysis, outputs)
         if not words.no_page:
-            files.say(f"Wrote {page}")
+            from packmesh import view  # only pages need it
 
-    return files.run_command(work)
+            text = view.page_of(page_data(run, steps, analysis), view.NO_CELLS, ("data", "tables", "plots", "run"), ("chart.min.js",))
+            outputs.write(page, [text.encode("utf-8", "replace")])
+        outputs.commit()
+    if not words.no_page:
+        files.say(f"Wrote {page}")

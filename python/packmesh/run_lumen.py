@@ -2,6 +2,7 @@
 """The lumen of the case that a run is of: its volume, and distances to its wall. Needs the C++ module."""
 from __future__ import annotations
 
+import math
 import os
 import xml.etree.ElementTree
 from typing import TYPE_CHECKING, Optional, Tuple, Union
@@ -46,9 +47,12 @@ def number_in_case(config: str, tag: str) -> Optional[float]:
     """That of a tag such as domain/rhoP, None without it. Raises InputError"""
     text = root_of(config).findtext(tag)
     try:
-        return None if text is None else float(text)
-    except ValueError as error:
-        raise InputError(f"{config}: cannot be read: {error}") from None
+        value = None if text is None else float(text)
+    except ValueError:
+        value = math.nan
+    if value is not None and not 0 <= value < 1e30:
+        raise InputError(f"{config}: <{tag.split('/')[-1]}>: expected a number that is not negative, found '{text.strip()}'")
+    return value
 
 
 class RunLumen:

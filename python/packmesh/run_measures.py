@@ -122,6 +122,12 @@ class RunAnalysis:
         if abs(step.dx - dx) > 1e-6 * dx or (extent is not None and before is not None and np.abs(extent - before).max() > 0.5 * dx):
             raise InputError(f"{step.folder}: has another lattice than iteration {first}; are both of the same run?")
 
+    def _tell_flat(self, step: Step, name: str, shapes: Shapes) -> None:
+        flat = int(np.sum(shapes.volume == 0))
+        if flat:
+            _log.warning(f"{step.folder}: {flat} of {len(shapes.volume)} cells {name} have no volume; elongation, order and inclination are those "
+                         "of the others")
+
     def _tell_outside(self, step: Step, found: Dict[str, OfSpecies]) -> None:
         """Warns once of cells far out of the lumen."""
         if self.lumen is None or self._told_outside:
@@ -147,6 +153,7 @@ class RunAnalysis:
         back = np.argsort(np.concatenate(order))
         shapes = Shapes(*(column[back] for column in dataclasses.astuple(joined_shapes(parts))))
         distances = None if wall[0] is None else np.concatenate(wall)[back]
+        self._tell_flat(step, name, shapes)
         return OfSpecies(ids, shapes, distances, _largest_force(step, name))
 
     def _ids(self, step: Step, name: str) -> Optional[np.ndarray]:
@@ -160,18 +167,19 @@ class RunAnalysis:
         shapes, first = one.shapes, self._first[name]
         if len(shapes.volume) == 0 or np.isnan(shapes.volume).any():
             return {"count": len(shapes.volume)}
-        axis = shapes.flat_axis
+        has_axes = np.isfinite(shapes.semi_axes).all(axis=1)
+        axis, longest = shapes.flat_axis[has_axes], shapes.axes[has_axes, 0]
         drifts = {key: _drift(one, first, key) for key in ("volume", "area")}
-        order = 1.5 * np.mean(axis ** 2, axis=0) - 0.5
-        longest = shapes.axes[:, 0]
+        order = 1.5 * np.mean(axis ** 2, axis=0) - 0.5 if len(axis) else None
+        elongation = shapes.elongation[has_axes]
         figures: Dict[str, Any] = {
             "count": len(shapes.volume), "volume": float(shapes.volume.mean()), "area": float(shapes.area.mean()),
             "volumeDrift": drifts["volume"][0], "largestVolumeDrift": drifts["volume"][1],
             "areaDrift": drifts["area"][0], "largestAreaDrift": drifts["area"][1],
-            "elongation": float(shapes.elongation.mean()), "length": float(shapes.length.max()),
-            "order": [float(x) for x in order], "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
+            "elongation": float(elongation.mean()) if len(elongation) else None, "length": float(shapes.length.max()),
+            "order": None if order is None else [float(x) for x in order], "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
         if self.lumen is not None:
-            along = np.abs(longest[shapes.elongation > _LEAST_ELONGATION, self.lumen.flow_axis])
+            along = np.abs(longest[elongation > _LEAST_ELONGATION, self.lumen.flow_axis])
             figures["inclination"] = float(np.degrees(np.arccos(np.clip(along, 0, 1))).mean()) if len(along) else None
             if self.lumen.has_wall:
                 centers = self.lumen.distances(shapes.center)
@@ -304,16 +312,16 @@ def _share(volume: np.ndarray, lumen: np.ndarray) -> List[float]:
     return [float(a / b) if b > 0 else 0.0 for a, b in zip(part, of)]
 
 
-def _drift(one: OfSpecies, first: OfSpecies, key: str) -> Tuple[float, Optional[float]]:
-    """Mean relative change since the first step, of the same cells where they are known; the largest of a cell."""
+def _drift(one: OfSpecies, first: OfSpecies, key: str) -> Tuple[Optional[float], Optional[float]]:
+    """Mean relative change since the first step, of the same cells where they are known; the largest of a cell. None of what was 0"""
     new, old = getattr(one.shapes, key), getattr(first.shapes, key)
-    if one.ids is None or first.ids is None:
-        return float(new.mean() / old.mean() - 1), None
-    _, i, j = np.intersect1d(one.ids, first.ids, return_indices=True)
-    if len(i) == 0:
-        return float(new.mean() / old.mean() - 1), None
-    change = new[i] / old[j] - 1
-    return float(change.mean()), float(change[np.argmax(np.abs(change))])
+    if one.ids is not None and first.ids is not None:
+        _, i, j = np.intersect1d(one.ids, first.ids, return_indices=True)
+        if len(i):
+            known = old[j] != 0
+            change = new[i][known] / old[j][known] - 1
+            return (float(change.mean()), float(change[np.argmax(np.abs(change))])) if len(change) else (None, None)
+    return (float(new.mean() / old.mean() - 1) if len(old) and old.mean() != 0 else None), None
 
 
 def _largest_force(step: Step, name: str) -> Optional[float]:

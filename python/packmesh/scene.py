@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Scenes for POV-Ray 3.7 of the .vtp files of packMesh: packings, and the cells of the chordal axis transform."""
-import contextlib
 import dataclasses
 import os
 import tempfile
 
-from packmesh import pov, pov_legend, vtp
+from packmesh import files, pov, pov_legend, vtp
+from packmesh.errors import InputError
 from packmesh.pov_camera import camera
 
 #: Conventional colours of blood cells by the beginning of their names, and a palette for everything else.
@@ -59,10 +59,6 @@ SETTINGS = """
 """
 
 
-class Unusable(ValueError):
-    """The files do not contain what can be drawn."""
-
-
 @dataclasses.dataclass
 class Cells:
     """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell.
@@ -93,9 +89,13 @@ def image_of_y(q):
 
 
 def read_packing(folder):
-    """The cells of all species in the files that --vtp writes, and the lumen. Raises OSError, vtp.Unreadable, Unusable"""
+    """The cells of all species in the files that --vtp writes, and the lumen. Raises InputError"""
     species, ids = [], []
-    for name in sorted(file[:-len("_mesh.vtp")] for file in os.listdir(folder) if file.endswith("_mesh.vtp")):
+    try:
+        found = sorted(os.listdir(folder))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror}") from None
+    for name in [file[:-len("_mesh.vtp")] for file in found if file.endswith("_mesh.vtp")]:
         path = os.path.join(folder, name + ".vtp")
         if not os.path.isfile(path):
             continue
@@ -105,18 +105,32 @@ def read_packing(folder):
         try:
             ids += cells.data["id"]
             turned = cells.data["orientation"]
+            require_rows(path, cells, len(cells.points), mesh)
             species.append(Cells(name, cells.data["species"][0], mesh, max(map(pov.norm, mesh.points)), cells.points,
                                  list(map(image_of_x, turned)), list(map(image_of_y, turned)), cells.data["gap"]))
         except KeyError as error:
-            raise Unusable(f"{path}: has no data {error}, unlike the files that packMesh --vtp writes") from None
+            raise InputError(f"{path}: has no data {error}, unlike the files that packMesh --vtp writes") from None
     lumen = os.path.join(folder, "lumen.vtp")
     if not os.path.isfile(lumen):
-        raise Unusable(f"{folder}: has no lumen.vtp; packMesh --vtp writes it beside the .pos files, packMesh check --vtp for "
-                       ".pos files that are there")
+        raise InputError(f"{folder}: has no lumen.vtp; packMesh --vtp writes it beside the .pos files, packMesh check --vtp for "
+                         ".pos files that are there")
     if sorted(ids) != list(range(len(ids))):
-        raise Unusable(f"{folder}: the .vtp files of {', '.join(one.name for one in species)} are not of the same packing; remove "
-                       "those that are left of an earlier one")
-    return sorted(species, key=lambda one: one.species), vtp.read(lumen)
+        raise InputError(f"{folder}: the .vtp files of {', '.join(one.name for one in species)} are not of the same packing; remove "
+                         "those that are left of an earlier one")
+    surface = vtp.read(lumen)
+    if not surface.points:
+        raise InputError(f"{lumen}: has no points")
+    return sorted(species, key=lambda one: one.species), surface
+
+
+def require_rows(path, cells, count, mesh):
+    """Data of cells are numbers, one row for each. Raises InputError"""
+    for name, size in (("id", 0), ("species", 0), ("gap", 0), ("orientation", 4)):
+        rows = cells.data[name]
+        if len(rows) != count or not all((len(row) == size and all(abs(x) < 2 for x in row)) if size else abs(row) < vtp.FARTHEST for row in rows):
+            raise InputError(f"{path}: its data '{name}' are not those that packMesh --vtp writes")
+    if not mesh.points or not mesh.triangles:
+        raise InputError(f"{path}: its mesh beside it is empty")
 
 
 def colour_of(one):
@@ -190,15 +204,17 @@ def part(surface, chosen):
 def cat_scene(surface, shown=()):
     """Of the file that catCells --vtp writes: objects, and around them their cells of the chordal axis transform, in a container.
 
-    shown: numbers of the objects whose cells are drawn, from 1 on; empty: all. Raises Unusable
+    shown: numbers of the objects whose cells are drawn, from 1 on; empty: all. Raises InputError
     """
     if not surface.data.get("object") or "cell" not in surface.data:
-        raise Unusable("is not a file that catCells --vtp writes")
+        raise InputError("is not a file that catCells --vtp writes")
     kinds = list(zip(surface.data["object"], surface.data["cell"]))
+    if len(kinds) != len(surface.triangles) or (0, 0) not in kinds or not all(isinstance(x, int) for kind in kinds for x in kind):
+        raise InputError("is not a file that catCells --vtp writes")
     objects = max(number for number, _ in kinds)
     for number in shown:
         if not 1 <= number <= objects:
-            raise Unusable(f"--show: expected numbers of objects from 1 to {objects}, found {number}")
+            raise InputError(f"--show: expected numbers of objects from 1 to {objects}, found {number}")
     container = part(surface, [kind == (0, 0) for kind in kinds])
     low, high = pov.bounds(container[0])
     size = pov.norm(pov.sub(high, low))
@@ -228,28 +244,16 @@ def take_own(one, packing):
 def write_of(path, tables):
     """Of a packing in a file (packing_file.py). Raises packmesh.errors.InputError, packmesh.errors.OutputError"""
     from packmesh import export, packing_file  # render reads .vtp files without NumPy
-    from packmesh.errors import OutputError
 
     with tempfile.TemporaryDirectory() as folder:
         packing = packing_file.PackingFile(tables)
         export.write(export.exported(packing, ["vtk"]), folder)
-        try:
-            species, lumen = read_packing(folder)
-            for one in species:
-                take_own(one, packing)
-            write(path, packing_scene(species, lumen))
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+        species, lumen = read_packing(folder)
+        for one in species:
+            take_own(one, packing)
+        write(path, packing_scene(species, lumen))
 
 
 def write(path, pieces):
-    """Writes a scene; an existing file is replaced when the new one is complete. Raises OSError"""
-    unfinished = f"{path}.{os.getpid()}.part"
-    try:
-        with open(unfinished, "w", encoding="utf-8") as file:
-            file.writelines(pieces)
-        os.replace(unfinished, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.remove(unfinished)
-        raise
+    """Writes a scene. Raises OutputError"""
+    files.write(path, (piece.encode("utf-8", "replace") for piece in pieces))

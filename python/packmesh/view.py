@@ -9,7 +9,6 @@ temporary one, and opened.
 """
 from __future__ import annotations
 
-import argparse
 import base64
 import json
 import os
@@ -19,7 +18,7 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
-from packmesh import files, plot
+from packmesh import command, files, report_file
 from packmesh.errors import InputError
 from packmesh.packing_file import PackingFile
 
@@ -123,7 +122,7 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
 
 def embedded(data: Any) -> str:
     """JSON that may stand in an element `script`: no text in it ends the element or begins a comment."""
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    return json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def page_of(report: Any, cells: Any, scripts: Sequence[str] = SCRIPTS, libraries: Sequence[str] = tuple(LIBRARIES)) -> str:
@@ -161,7 +160,7 @@ def report_for(file: str, stated: Optional[str]) -> Any:
     """Raises InputError"""
     beside = os.path.join(os.path.dirname(file), "report.json")
     if stated or os.path.isfile(beside):
-        return plot.read_report(stated or beside)
+        return report_file.read_report(stated or beside)
     try:
         import packmesh
         return packmesh.load(file).report()
@@ -169,28 +168,21 @@ def report_for(file: str, stated: Optional[str]) -> Any:
         raise InputError(f"{file}: there is no report.json beside it (packMesh --report); state one by --report") from None
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main() -> None:
+    parser = command.Parser(__doc__)
     parser.add_argument("file", help="cells.h5")
     parser.add_argument("--report", help="report.json of the same packing")
     parser.add_argument("--page", help="file to be written (HTML)")
     parser.add_argument("--plan", action="store_true", help="only print the name of the file")
     words = parser.parse_args()
-
-    def work() -> None:
-        if words.plan:
-            import jinja2  # noqa: F401  to know whether it is there
-            PackingFile(words.file)
-            print(words.page or "")
-            return
-        packing = PackingFile(words.file)
-        page = words.page or os.path.join(tempfile.mkdtemp(prefix="packmesh"), "packing.html")
-        text = page_text(packing, report_for(words.file, words.report))
-        with files.Outputs() as outputs:
-            outputs.write(page, [text.encode("utf-8", "replace")])
-            outputs.commit()
-        files.say(f"Wrote {page}")
-        if not words.page:
-            webbrowser.open("file://" + page)
-
-    return files.run_command(work)
+    packing = PackingFile(words.file)
+    if words.plan:
+        import jinja2  # noqa: F401  to know whether it is there
+        print(words.page or "")
+        return
+    text = page_text(packing, report_for(words.file, words.report))
+    page = words.page or os.path.join(tempfile.mkdtemp(prefix="packmesh"), "packing.html")
+    files.write(page, [text.encode("utf-8", "replace")])
+    files.say(f"Wrote {page}")
+    if not words.page:
+        webbrowser.open("file://" + page)

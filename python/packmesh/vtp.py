@@ -6,8 +6,12 @@ import struct
 import sys
 import xml.etree.ElementTree
 
+from packmesh import files
+from packmesh.errors import InputError
+
 TYPES = {"Float32": "f", "Float64": "d", "Int32": "i", "Int64": "q"}
 BEGIN = b'<AppendedData encoding="raw">\n_'
+FARTHEST = 1e9  # coordinate of a point [µm]
 END = b"\n</AppendedData>\n</VTKFile>\n"
 
 
@@ -21,18 +25,30 @@ class PolyData:
     data: dict
 
 
-class Unreadable(ValueError):
-    """The file is not one of packMesh, or is damaged."""
-
-
 def read(path):
-    """The contents of a file. Raises OSError, Unreadable"""
-    with open(path, "rb") as file:
-        content = file.read()
+    """The contents of a file. Raises InputError if it is not one of packMesh, or is damaged"""
+    files.require_regular(path)
     try:
-        return _parsed(content)
-    except (ValueError, KeyError, AttributeError, struct.error, xml.etree.ElementTree.ParseError):
-        raise Unreadable(f"{path}: is not a complete .vtp file of packMesh") from None
+        with open(path, "rb") as file:
+            content = file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        found = _parsed(content)
+        _require_valid(found)
+    except (ValueError, KeyError, AttributeError, TypeError, OverflowError, struct.error, xml.etree.ElementTree.ParseError):
+        raise InputError(f"{path}: is not a complete .vtp file of packMesh") from None
+    return found
+
+
+def _require_valid(found):
+    """Raises ValueError"""
+    count = len(found.points)
+    for corners in (*found.lines, *found.triangles):
+        if not all(0 <= corner < count for corner in corners):
+            raise ValueError("a corner is no point")
+    if not all(isinstance(point, tuple) and len(point) == 3 and all(abs(x) < FARTHEST for x in point) for point in found.points):
+        raise ValueError("a point is no place")
 
 
 def _parsed(content):

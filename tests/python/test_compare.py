@@ -48,7 +48,10 @@ def test_table_of_a_series(tmp_path):
     assert re.search(r"hematocrit of the lumen +2 +0.45000 +0.07071 +0.40000 +0.50000\n", text)
     assert re.search(r"minimum gap to the wall \[µm\] +0 +- +- +- +-\n", text) and re.search(r"sweeps +2 +12.5 ", text)
     (tmp_path / "other.csv").write_text("a,b\n1,2\n")
-    assert "a report or table is incomplete" in compare("other.csv", cwd=tmp_path, code=1)
+    assert "is not a table of realisations: there is no column 'outcome'" in compare("other.csv", cwd=tmp_path, code=2)
+    (tmp_path / "text.csv").write_text(rows[0] + "\n1,5,certified,10,much,0.01,,12,0.1,0.2\n")
+    assert "text.csv: hematocrit: expected a number, found 'much'" in compare("text.csv", cwd=tmp_path, code=2)
+    assert "expected neither --csv nor --page" in compare("realisations.csv", "--csv", "tables", cwd=tmp_path, code=1)
 
 
 def figures(file):
@@ -140,12 +143,12 @@ def test_other_problems(three, program):
               "configuration.method": "--cylinder x 8 20 --hematocrit 0.25 --method cat"}
     for number, (place, words) in enumerate(others.items()):
         program(*words.split(), "--seed", 5, "--output-dir", number, "--report", f"{number}.json")
-        text = compare(names[0], f"{number}.json", "--csv", "none", "--page", "none.html", cwd=folder, code=1)
+        text = compare(names[0], f"{number}.json", "--csv", "none", "--page", "none.html", cwd=folder, code=2)
         assert f"(Error) {number}.json: is of another problem than {names[0]}: {place}" in text
         assert " instead of " in text
     for cells in (9, 10):
         program(*f"--cylinder x 8 20 --rbc {cells} --report {cells}_cells.json".split())
-    assert "RBC.asked is 10 instead of 9; compare them" in compare("9_cells.json", "10_cells.json", cwd=folder, code=1)
+    assert "RBC.asked is 10 instead of 9; compare them" in compare("9_cells.json", "10_cells.json", cwd=folder, code=2)
     assert not (folder / "none").exists() and not (folder / "none.html").exists()
 
 
@@ -196,32 +199,36 @@ def test_checked(program):
     for i in (1, 2):
         program(*f"check --box 20 20 20 --output-dir realisation_{i} --report checked_{i}.json".split())
     assert "2 realisations" in compare("checked_1.json", "checked_2.json", cwd=folder)
-    text = compare("checked_1.json", "realisation_2/report.json", cwd=folder, code=1)
+    text = compare("checked_1.json", "realisation_2/report.json", cwd=folder, code=2)
     assert 'outcome is "packed" instead of "cells of files"' in text
 
 
 def test_errors(three):
     folder, names, _, _ = three
     assert "at least two reports" in compare(names[0], cwd=folder, code=1)
-    assert "(Error) none.json: cannot be read: No such file or directory\n" in compare(names[0], "none.json", cwd=folder, code=1)
+    assert "(Error) none.json: cannot be read: No such file or directory\n" in compare(names[0], "none.json", cwd=folder, code=2)
     (folder / "page.html").write_text("<html>")
-    assert "page.html: is not a report of packMesh" in compare(names[0], "page.html", cwd=folder, code=1)
+    assert "page.html: is not a report of packMesh" in compare(names[0], "page.html", cwd=folder, code=2)
     (folder / "other.json").write_text("[1]")
-    assert "other.json: is not a report of packMesh" in compare(names[0], "other.json", cwd=folder, code=1)
+    assert "other.json: is not a report of packMesh" in compare(names[0], "other.json", cwd=folder, code=2)
     change(folder, names[1], "cut.json", lambda report: report.pop("measures"))
-    assert "cut.json: is not a complete report of packMesh: there is no 'measures'" in compare(names[0], "cut.json", cwd=folder, code=1)
+    assert "cut.json: is not a complete report of packMesh: there is no 'measures'" in compare(names[0], "cut.json", cwd=folder, code=2)
     change(folder, names[1], "odd.json", lambda report: report.update(measures=[]))
-    assert "odd.json: is not a complete report of packMesh: a value" in compare(names[0], "odd.json", cwd=folder, code=1)
+    assert "odd.json: is not a complete report of packMesh: a value" in compare(names[0], "odd.json", cwd=folder, code=2)
     change(folder, names[1], "layers.json", lambda report: report["measures"]["wall"]["red"].pop())
-    assert "the layers of the profiles differ" in compare(names[0], "layers.json", cwd=folder, code=1)
-    assert "none/page.html" in compare(*names, "--page", "none/page.html", cwd=folder, code=1)
+    assert "measures.wall: expected numbers of the same layers for each species" in compare(names[0], "layers.json", cwd=folder, code=2)
+    change(folder, names[1], "layers.json", lambda report: report["measures"]["wall"].update(width=0.5))
+    assert "the layers of the profiles differ" in compare(names[0], "layers.json", cwd=folder, code=2)
+    change(folder, names[1], "open.json", lambda report: report["measures"].update(wall=None))
+    assert "the reports have different profiles" in compare(names[0], "open.json", cwd=folder, code=2)
+    assert "page.html/page.html" in compare(*names, "--page", "page.html/page.html", cwd=folder, code=5)
 
 
 def test_errors_of_plot(three):
     folder, names, _, _ = three
 
     def plot(*words):
-        return compare(*words, cwd=folder, code=1, command="plot")
+        return compare(*words, cwd=folder, code=2, command="plot")
     assert plot("none.json", "x.pdf") == "(packMesh) (Error) none.json: cannot be read: No such file or directory\n"
     (folder / "page.html").write_text("<html>")
     assert "page.html: is not a report of packMesh (packMesh --report report.json): it is not a JSON file" in plot("page.html")

@@ -269,10 +269,10 @@ def test_steps_and_damage(case):
     assert "(Error) out/hdf5/000000000200/RBC.000000000200.p.1.h5: cannot be read, is it complete?" in text and not (case / "out/run.html").exists()
     text = run_command("out", "--skip-damaged", "--no-overlaps", cwd=case)
     assert "(Warning) iteration 200 is left out: out/hdf5" in text and len(re.findall(r"^\(packMesh\) +\d00 ", text, re.M)) == 3
-    for words, told in (("--every 0", "argument --every: expected 1 or more steps, found '0'"), ("--every x", "found 'x'"),
-                        ("--near-wall -3", "argument --near-wall: expected a distance [µm], found '-3'"), ("--near-wall nan", "found 'nan'"),
+    for words, told in (("--every 0", "argument --every: expected a number of steps from 1 to 1000000000, found '0'"), ("--every x", "found 'x'"),
+                        ("--near-wall -3", "argument --near-wall: expected a distance [µm] from 0 to 1e+06, found '-3'"), ("--near-wall nan", "found 'nan'"),
                         ("--state a.h5 --csv b", "expected neither --csv nor --page"), ("--state a.h5 --page b", "expected neither --csv nor --page")):
-        assert told in run_command("out", *words.split(), cwd=case, code=2)
+        assert told in run_command("out", *words.split(), cwd=case, code=1)
     assert "(Error) none: has no folder hdf5" in run_command("none", cwd=case, code=2)
     shutil.rmtree(case / "out/hdf5/000000000200")
     assert "config.xml" in run_command("out", "--case", "none/config.xml", cwd=case, code=2)

@@ -139,15 +139,15 @@ def test_scenes_without_cells_can_be_rendered(tmp_path):
 
 def test_a_scene_that_cannot_be_written_leaves_no_file(tmp_path):
     (tmp_path / "taken.pov").mkdir()
-    for name in ("taken.pov", "none/cells.pov"):
-        with pytest.raises(OSError):
+    (tmp_path / "old.pov").write_text("old")
+    for name in ("taken.pov", "old.pov/cells.pov"):
+        with pytest.raises(packmesh.OutputError):
             scene.write(tmp_path / name, ["text"])
 
     def broken():
         yield "text"
-        raise scene.Unusable("no more")
-    (tmp_path / "old.pov").write_text("old")
-    with pytest.raises(scene.Unusable):
+        raise packmesh.InputError("no more")
+    with pytest.raises(packmesh.InputError):
         scene.write(tmp_path / "old.pov", broken())
     assert sorted(file.name for file in tmp_path.iterdir()) == ["old.pov", "taken.pov"] and (tmp_path / "old.pov").read_text() == "old"
 
