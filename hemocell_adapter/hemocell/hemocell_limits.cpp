@@ -58,6 +58,27 @@ int neededEnvelope(double length, double dx, double stretch) {
   return int(std::ceil(stretch * length / dx));
 }
 
+namespace {
+
+/// Into how many blocks a lattice can be divided that are not smaller than an envelope [nodes].
+std::string blocksText(const std::array<int, 3>& lattice, int envelope, const Domain& domain) {
+  std::array<int, 3> blocks{};
+  for (int a = 0; a < 3; ++a) blocks[a] = std::max(1, lattice[a] / envelope);
+  const int all = blocks[0] * blocks[1] * blocks[2];
+  std::string text = fmt::format(
+      "\nAtomic blocks smaller than the envelope make HemoCell slow: with {} nodes, a lattice of {} x {} x "
+      "{} "
+      "has room for {} x {} x {} blocks, so for {} {}",
+      envelope, lattice[0], lattice[1], lattice[2], blocks[0], blocks[1], blocks[2], all,
+      all == 1 ? "rank" : "ranks");
+  if (domain.smallestBlock)
+    text += fmt::format("; the smallest block is now {} x {} x {}", (*domain.smallestBlock)[0],
+                        (*domain.smallestBlock)[1], (*domain.smallestBlock)[2]);
+  return text;
+}
+
+}  // namespace
+
 std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
                                            const std::optional<std::array<int, 3>>& lattice) {
   if (!domain.particleEnvelope) return {};
@@ -80,23 +101,20 @@ std::optional<std::string> envelopeWarning(const std::string& cell, double lengt
       "times at {} Pa ({} iterations). ",
       weakShear.stretch, weakShear.wallShearStress, weakShear.iterations, strongShear.stretch,
       strongShear.wallShearStress, strongShear.iterations);
-  text += envelope < weak
-              ? fmt::format("Set{}\nor, above {} Pa,{}", tag(weak), weakShear.wallShearStress, tag(strong))
-              : fmt::format("Above {} Pa set{}", weakShear.wallShearStress, tag(strong));
-  if (lattice) {
-    std::array<int, 3> blocks{};
-    for (int a = 0; a < 3; ++a) blocks[a] = std::max(1, (*lattice)[a] / strong);
-    const int all = blocks[0] * blocks[1] * blocks[2];
+  const int most = lattice ? *std::max_element(lattice->begin(), lattice->end()) : strong;
+  if (envelope < std::min(weak, most)) text += fmt::format("Set{}", tag(std::min(weak, most)));
+  if (envelope < weak && weak < most)
+    text += fmt::format("\nor, above {} Pa,{}", weakShear.wallShearStress, tag(std::min(strong, most)));
+  else if (envelope >= weak && envelope < most)
+    text += fmt::format("Above {} Pa set{}", weakShear.wallShearStress, tag(std::min(strong, most)));
+  if (strong > most)
     text += fmt::format(
-        "\nAtomic blocks smaller than the envelope make HemoCell slow: with {} nodes, a lattice of {} x {} x "
-        "{} "
-        "has room for {} x {} x {} blocks, so for {} {}",
-        strong, (*lattice)[0], (*lattice)[1], (*lattice)[2], blocks[0], blocks[1], blocks[2], all,
-        all == 1 ? "rank" : "ranks");
-    if (domain.smallestBlock)
-      text += fmt::format("; the smallest block is now {} x {} x {}", (*domain.smallestBlock)[0],
-                          (*domain.smallestBlock)[1], (*domain.smallestBlock)[2]);
-  }
+        "{}The lattice has {} nodes along its longest axis, fewer than the {} that cells can need: lengthen "
+        "it, or "
+        "keep the wall shear stress below {} Pa",
+        text.back() == '>' ? "\n" : "", most, strong,
+        weak > most ? weakShear.wallShearStress : strongShear.wallShearStress);
+  if (lattice) text += blocksText(*lattice, std::min(strong, most), domain);
   return text;
 }
 

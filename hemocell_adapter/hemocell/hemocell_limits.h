@@ -35,12 +35,15 @@ constexpr MeasuredStretch weakShear = {2, 1.2, 25000, 1.5}, strongShear = {10, 2
 /// @param dx lattice spacing [µm]
 int neededEnvelope(double length, double dx, double stretch);
 
-/// Whether the flow can stretch cells beyond `<particleEnvelope>`.
+/// Whether the flow can stretch cells beyond `<particleEnvelope>`. What is recommended is at most the longest
+/// extent of the lattice: of the nodes around a block, HemoCell exchanges those of the lattice and of its
+/// next images, and files do not tell along which axes those are.
 /// @param cell name of the longest kind of cell
 /// @param length its longest extent at rest [µm]
 /// @param lattice nodes along each axis, if known
-/// @return the tag to set, for weak and for strong shear, and how many blocks it leaves room for; empty if
-/// the present one is as recommended for strong shear, or is not given
+/// @return the tag to set, for weak and for strong shear, and how many blocks it leaves room for; what to do
+/// where the lattice is too short for it; empty if the present one is as recommended for strong shear, or is
+/// not given
 std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
                                            const std::optional<std::array<int, 3>>& lattice);
 

@@ -68,11 +68,14 @@ double longestExtent(const CellType& type) {
 std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   const LongCell& longest = cells.front();
   const CellType& type = watch.types[longest.type];
-  // Not less than for strong shear; and a cell that has come so far gets longer.
+  // Not less than for strong shear; and a cell that has come so far gets longer. Of the nodes around a block,
+  // HemoCell exchanges those of the lattice and of its next images: more are of no use.
   constexpr double growth = 1.25;
+  const auto most = int(watch.nodes[longest.axis]);
   const int needed =
-      std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::strongShear.allowance),
-               int(std::ceil(growth * longest.nodes)));
+      std::min(std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::strongShear.allowance),
+                        int(std::ceil(growth * longest.nodes))),
+               most);
   std::string text =
       fmt::format("iteration {}: {} {} is {:.1f} nodes ({:.2f} µm) long along {}, <particleEnvelope> is {}",
                   watch.iteration, type.name, longest.id, longest.nodes, longest.nodes * watch.dx,
@@ -80,12 +83,16 @@ std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   if (cells.size() > 1)
     text +=
         fmt::format("; {} more {} as long", cells.size() - 1, cells.size() == 2 ? "cell is" : "cells are");
-  return text +
-         fmt::format(
-             ". HemoCell deletes a cell that is longer than the envelope. Set\n  <particleEnvelope> {} "
-             "</particleEnvelope>\nin config.xml and start again, or in checkpoint.xml and restart from "
-             "a checkpoint",
-             needed);
+  text += ". HemoCell deletes a cell that is longer than the envelope. ";
+  if (needed <= watch.particleEnvelope)
+    return text + fmt::format(
+                      "The lattice has {} nodes along {}, and a longer envelope is of no use: lengthen "
+                      "it, or lower the shear",
+                      most, "xyz"[longest.axis]);
+  return text + fmt::format(
+                    "Set\n  <particleEnvelope> {} </particleEnvelope>\nin config.xml and start again, or in "
+                    "checkpoint.xml and restart from a checkpoint",
+                    needed);
 }
 
 }  // namespace

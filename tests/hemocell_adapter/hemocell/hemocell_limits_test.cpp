@@ -64,6 +64,28 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
   CHECK_FALSE(Contains("blocks").match(*envelopeWarning("RBC", longest, domain, {})));
 }
 
+TEST_CASE("The recommended particleEnvelope is not longer than the lattice", "[hemocell_limits]") {
+  Domain domain;
+  domain.dx = 0.5;
+  const double length = 7.9;
+  const auto warning = [&](int envelope, std::array<int, 3> lattice) {
+    domain.particleEnvelope = envelope;
+    return envelopeWarning("RBC", length, domain, lattice).value_or("");
+  };
+  const auto tag = [](int nodes) { return fmt::format("<particleEnvelope> {} </particleEnvelope>", nodes); };
+  REQUIRE(neededEnvelope(length, 0.5, strongShear.allowance) == 44);
+  CHECK_THAT(warning(20, {40, 40, 40}),
+             Contains("Set\n  " + tag(24) + "\nor, above 2 Pa,\n  " + tag(40)) && !Contains(tag(44)) &&
+                 Contains("The lattice has 40 nodes along its longest axis, fewer than the 44") &&
+                 Contains("with 40 nodes, a lattice of 40 x 40 x 40 has room for 1 x 1 x 1 blocks"));
+  CHECK_THAT(warning(25, {40, 40, 40}), Contains("Above 2 Pa set\n  " + tag(40)));
+  CHECK_THAT(warning(15, {20, 18, 20}), Contains("Set\n  " + tag(20)) && !Contains(tag(24)) &&
+                                            Contains("wall shear stress below 2 Pa"));
+  CHECK_THAT(warning(40, {40, 40, 40}), Contains("lengthen it") && !Contains("</particleEnvelope>"));
+  CHECK_THAT(warning(25, {43, 27, 27}), Contains(tag(43)));  // narrow, and cells lie along it
+  CHECK_FALSE(Contains("lengthen").match(warning(25, {44, 27, 27})));
+}
+
 TEST_CASE("Packing, dry run and check report HemoCell's limits", "[executable]") {
   const SampleCase folder;
   for (const int envelope : {12, 25}) {
