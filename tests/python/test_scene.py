@@ -195,13 +195,13 @@ def test_cells_of_objects(tmp_path):
     assert (tmp_path / "c.png").stat().st_size > 100
 
 
-def test_what_cannot_be_drawn_is_explained(program, tmp_path, capsys):
+def test_what_cannot_be_drawn_is_explained(program, tmp_path):
     folder, _ = program(20, 20, 20, "--rbc", 5, "--plt", 2, "--vtp")
 
     def refused(*words):
-        with pytest.raises(SystemExit):
+        with pytest.raises(packmesh.Error) as failure:
             render.main(list(map(str, words)))
-        return capsys.readouterr().err
+        return str(failure.value)
     (tmp_path / "empty").mkdir()
     assert "has no lumen.vtp; packMesh --vtp writes it" in refused(tmp_path / "empty")
     assert "is not a file that catCells --vtp writes" in refused(folder / "RBC.vtp")
@@ -210,7 +210,7 @@ def test_what_cannot_be_drawn_is_explained(program, tmp_path, capsys):
     assert "no readable" in refused(folder / "none.pov")
     (folder / "cells.pov").write_text("")
     assert "is a scene" in refused(folder / "cells.pov", "--scene", "other.pov")
-    assert "none.pov" in refused(folder, "--scene", folder / "none/none.pov")
+    assert "none.pov" in refused(folder, "--scene", folder / "cells.pov/none.pov")
     cut = (folder / "PLT.vtp").read_bytes()
     for damaged in (cut[:-200], b"<xml/>", cut.replace(b'Float64" Name="gap', b'Float16" Name="gap')):
         (folder / "PLT.vtp").write_bytes(damaged)

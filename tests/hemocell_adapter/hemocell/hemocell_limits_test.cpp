@@ -79,8 +79,8 @@ TEST_CASE("The recommended particleEnvelope is not longer than the lattice", "[h
                  Contains("The lattice has 40 nodes along its longest axis, fewer than the 44") &&
                  Contains("with 40 nodes, a lattice of 40 x 40 x 40 has room for 1 x 1 x 1 blocks"));
   CHECK_THAT(warning(25, {40, 40, 40}), Contains("Above 2 Pa set\n  " + tag(40)));
-  CHECK_THAT(warning(15, {20, 18, 20}), Contains("Set\n  " + tag(20)) && !Contains(tag(24)) &&
-                                            Contains("wall shear stress below 2 Pa"));
+  CHECK_THAT(warning(15, {20, 18, 20}),
+             Contains("Set\n  " + tag(20)) && !Contains(tag(24)) && Contains("wall shear stress below 2 Pa"));
   CHECK_THAT(warning(40, {40, 40, 40}), Contains("lengthen it") && !Contains("</particleEnvelope>"));
   CHECK_THAT(warning(25, {43, 27, 27}), Contains(tag(43)));  // narrow, and cells lie along it
   CHECK_FALSE(Contains("lengthen").match(warning(25, {44, 27, 27})));
