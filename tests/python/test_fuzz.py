@@ -123,8 +123,8 @@ def change(random_, path):
 FILES = {
     "run": ("run run --csv tables", "run/**/*.h5", 60),
     "run.tables": ("run run --no-overlaps", "run/csv/*.csv", 10),
-    "run.state": ("run platelets --state out.h5", "platelets/**/*.h5", 15),
-    "export.run": ("export platelets --format stl", "platelets/**/*.h5", 15),
+    "run.state": ("run platelets --state out.h5", "platelets/**/PLT*.h5", 15),
+    "export.run": ("export platelets --format stl", "platelets/**/PLT*.h5", 15),
     "export": ("export cells.h5 --format csv --format vtk-meshes --format stl", "cells.h5", 40),
     "view": ("view cells.h5 --page page.html", "cells.h5", 30),
     "view.report": ("view cells.h5 --page page.html", "report.json", 50),
