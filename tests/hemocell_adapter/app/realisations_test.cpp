@@ -29,7 +29,7 @@ TEST_CASE("Realisations differ by their seeds and have separate folders", "[exec
 
 TEST_CASE("The reports of realisations name their neighbours", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "15 15 15 --rbc 2 --realisations 10 --report r.html");
+  const Ran ran = run(folder.path(), "15 15 15 --rbc 2 --realisations 10 --report r.json");
   REQUIRE(ran.exitCode == 0);
   CHECK_THAT(ran.out,
              Contains("To compare them: packmesh compare ./realisation_*/r.json --page compare.html"));

@@ -102,7 +102,8 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
 }  // namespace
 
 TEST_CASE("A run killed at random times continues to the same files") {
-  requireSameAfterKills(undisturbed(problem), 50, {"TERM", "KILL"});
+  requireSameAfterKills(undisturbed("36 36 36 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 50,
+                        {"TERM", "KILL"});
 }
 
 TEST_CASE("Growth killed at random times continues to the same files") {
