@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What is advised about a cell that is as long as the envelope. tests/hemocell_adapter/plugin/run.sh finds
+// such cells.
+#include <mpi.h>
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/hemocell_system.h"
+
+using namespace packmesh::plugin;
+using Catch::Matchers::Contains;
+
+TEST_CASE("The envelope that is advised is not longer than the lattice", "[watch_cells]") {
+  MPI_Comm self = MPI_COMM_SELF;
+  Watch watched;
+  watched.ranks = &self;
+  watched.dx = 0.5;
+  watched.nodes = {40, 60, 60};
+  watched.periodic = {true, true, true};
+  watched.imageSteps = {1, 100, 10000};
+  watched.divided = {false, false, false};
+  watched.types.resize(1);
+  watched.types[0].name = "RBC";
+  watched.types[0].vertices = {{{0.0, 0.0, 0.0}}, {{16.0, 0.0, 0.0}}};
+  const auto advice = [&](int envelope, std::array<double, 3> extent) {
+    watched.particleEnvelope = envelope;
+    CellPart cell{};
+    cell.id = 4;
+    cell.vertices = 2;
+    cell.hi = extent;
+    return watch(watched, {cell}).message;
+  };
+  CHECK(advice(20, {18.0, 1.0, 1.0}).empty());
+  CHECK_THAT(advice(20, {20.0, 1.0, 1.0}), Contains("Set\n  <particleEnvelope> 40 </particleEnvelope>"));
+  CHECK_THAT(advice(20, {1.0, 20.0, 1.0}), Contains("Set\n  <particleEnvelope> 44 </particleEnvelope>"));
+  CHECK_THAT(advice(40, {39.5, 1.0, 1.0}),
+             Contains("The lattice has 40 nodes along x") && !Contains("</particleEnvelope>"));
+}
