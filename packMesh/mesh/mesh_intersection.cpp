@@ -133,7 +133,9 @@ double placedVolume(const MeshTree& tree, const Placement& placement) {
 bool couldContain(const MeshHierarchy& outer, const Placement& outerPlacement, const MeshHierarchy& inner,
                   const Placement& innerPlacement) {
   const MeshTree &o = outer.tree(), &i = inner.tree();
-  if (o.samples.size() > 1 || i.samples.size() > 1) return true;
+  // Volumes say nothing where a deformed mesh intersects itself, turned inside out.
+  const bool deformed = o.hull.points().empty() || i.hull.points().empty();
+  if (deformed || o.samples.size() > 1 || i.samples.size() > 1) return true;
   constexpr double relative = 1e-9;  // volumes and centroids are more accurate than this
   const double outerVolume = placedVolume(o, outerPlacement), innerVolume = placedVolume(i, innerPlacement);
   const double rest = outerVolume * (1.0 + relative) - innerVolume;

@@ -6,6 +6,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_tree.h"
+#include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/triangle_intersection.h"
 
 namespace packmesh {
@@ -47,10 +48,12 @@ struct BodySegment {
 
 enum class Verdict { outside, inside, onSurface, undecided };
 
-/// Counts the triangles crossed by the segment from p to q; undecided if it meets one in any other way.
+/// By the winding number of the surface around p: the triangles crossed by the segment from p to q, which is
+/// outside, from within less those crossed from outside. Undecided if it meets one in any other way.
 Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3& p, const Vec3& q,
                     const BodySegment& segment) {
-  bool inside = false, clean = true;
+  int winding = 0;
+  bool clean = true;
   std::array<int, 256> stack;
   int size = 0;
   stack[size++] = 0;
@@ -66,14 +69,14 @@ Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3
       const Vec3 a = placement(tree.mesh.corner(t, 0)), b = placement(tree.mesh.corner(t, 1)),
                  c = placement(tree.mesh.corner(t, 2));
       if (segmentCrossesTriangle(p, q, a, b, c))
-        inside = !inside;
+        winding -= sideOfPlane(a, b, c, p);
       else if (segmentMeetsTriangle(p, q, a, b, c)) {
         if (segmentMeetsTriangle(p, p, a, b, c)) return Verdict::onSurface;
         clean = false;  // through an edge or a vertex; continue, since p could lie on another triangle
       }
     }
   }
-  return !clean ? Verdict::undecided : inside ? Verdict::inside : Verdict::outside;
+  return !clean ? Verdict::undecided : winding != 0 ? Verdict::inside : Verdict::outside;
 }
 
 /// The k-th of a sequence of evenly spread directions that are not aligned with any axis.

@@ -248,6 +248,21 @@ TEST_CASE("isInside agrees with the solid angle, and is true on the surface", "[
   }
 }
 
+TEST_CASE("What a surface covers twice, or inside out, is inside", "[exact]") {
+  TriangleMesh two = sample::box({0, 0, 0}, {4, 4, 4});
+  sample::append(two, sample::box({1, 1, 1}, {5, 5, 5}));
+  const MeshHierarchy twice(two);
+  for (const Vec3& p : {Vec3(2, 2, 2), Vec3(0.5, 0.5, 0.5), Vec3(4.5, 4.5, 4.5)})
+    CHECK(isInside(p, twice, {}));
+  CHECK_FALSE(isInside({0.5, 0.5, 4.5}, twice, {}));
+  for (Triangle& t : two.triangles) std::swap(t[1], t[2]);
+  CHECK(isInside({2, 2, 2}, MeshHierarchy(two), {}));
+  // A mesh in what another one covers twice overlaps it.
+  const MeshHierarchy small(sample::box({2, 2, 2}, {2.5, 2.5, 2.5}));
+  CHECK(relate(twice, {}, small, {}).relation == MeshRelation::secondInside);
+  CHECK(relate(small, {}, twice, {}).relation == MeshRelation::firstInside);
+}
+
 TEST_CASE("isInside is exact for points in line with vertices, edges and faces", "[exact]") {
   const MeshHierarchy box(sample::box({0, 0, 0}, {4, 4, 4}));
   const double below = -1e-80, above = std::nextafter(4.0, 5.0);
