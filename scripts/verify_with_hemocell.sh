@@ -8,8 +8,8 @@
 # directory or else of PATH. The case runs in a copy of its folder, for zero iterations; a case that prints its numbers only in
 # the time loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
 # writes, or else read from its line "# of cells: 129 | # of RBC: 121, PLT: 8".
-#   PACKMESH       packMesh to use (default: on PATH, or of this tree's build)
-#   HEMOCELL_RUN   command that starts the case (default: mpirun -n 1; for cases with a <preInlet>, which need two ranks,
+#   PACKMESH_PROGRAM   packMesh to use (default: on PATH, or of this tree's build)
+#   HEMOCELL_RUN       command that starts the case (default: mpirun -n 1; for cases with a <preInlet>, which need two ranks,
 #                  mpirun -n 2); "" for none
 # Exit code: 0 the numbers are the same, 1 command line, 2 something is missing or failed, 3 HemoCell prints no
 # numbers, 4 the numbers differ.
@@ -42,8 +42,8 @@ else config=$(dirname "$program")/config.xml; fi
 config=$(realpath "$config")
 folder=$(dirname "$config")
 
-packmesh=${PACKMESH:-$(command -v packMesh || echo "$here/../build/bin/packMesh")}
-[[ -x $packmesh ]] || fail 2 "no packMesh on PATH, nor '$packmesh'; set PACKMESH"
+packmesh=${PACKMESH_PROGRAM:-$(command -v packMesh || echo "$here/../build/bin/packMesh")}
+[[ -x $packmesh ]] || fail 2 "no packMesh on PATH, nor '$packmesh'; set PACKMESH_PROGRAM"
 compgen -G "$folder/*.pos" > /dev/null || fail 2 "there are no .pos files in $folder; run packMesh $(basename "$config") there"
 grep -q '<tmax>' "$config" || fail 2 "$config has no <tmax>, so the case cannot be run for zero iterations"
 

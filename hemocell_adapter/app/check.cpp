@@ -53,12 +53,15 @@ class CheckReport {
     printHematocrit("In the files", found_.counts, found_.excess);
     if (knowsAcceptance(problem_) && dropped() > 0)
       printHematocrit("Of what HemoCell keeps", kept().kept, examination_.excess);
-    log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
-                                                                           : "none, cells overlap"));
+    log::info(
+        fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0
+                                           ? gapText(certificate_.minimumGap, certificate_.gapsMeasuredUpTo)
+                                           : "none, cells overlap"));
     if (problem_.lumen.container->wall())
-      log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
-                                                               ? gapText(certificate_.minimumWallGap)
-                                                               : "none, cells are not inside"));
+      log::info(fmt::format("Minimum gap to the wall: {}",
+                            certificate_.minimumWallGap > 0.0
+                                ? gapText(certificate_.minimumWallGap, certificate_.wallGapsMeasuredUpTo)
+                                : "none, cells are not inside"));
     log::info(fmt::format(
         "Verdict: {}{}{}", clean() ? "clean" : "not clean",
         examination_.droppedIsFault || dropped() == 0
@@ -77,7 +80,8 @@ class CheckReport {
                                    clean() ? "clean" : "not clean", found_.all, found_.all == 1 ? "" : "s",
                                    tally.redMesh / problem_.lumen.container->volume());
     if (examination_.overlaps == 0)
-      text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
+      text +=
+          fmt::format(", minimum gap {}", gapText(certificate_.minimumGap, certificate_.gapsMeasuredUpTo));
     else
       text += fmt::format(", {}{} overlapping pairs", certificate_.moreOverlaps ? "at least " : "",
                           examination_.overlaps);
@@ -246,7 +250,7 @@ Problem builtProblem(const CompletedRequest& completed, const Communicator& rank
 ExitCode checkFolder(const CompletedRequest& completed, const Communicator& ranks) {
   const Timer timer;
   const Problem problem = builtProblem(completed, ranks);
-  for (const std::string& notice : problem.notices) log::warning(notice);
+  logNotices(problem);
   const FoundCells found = readCells(problem);
   for (const std::string& warning : limitWarnings(problem, found.counts)) log::warning(warning);
   CheckReport report(problem, found);
@@ -260,7 +264,7 @@ ExitCode tellInALine(const CompletedRequest& completed, bool withNotices, const 
   const Problem problem = builtProblem(completed, ranks);
   if (withNotices) {
     log::info(versionLine(ranks.size(), problem.team.count()));
-    for (const std::string& notice : problem.notices) log::warning(notice);
+    logNotices(problem);
   }
   const FoundCells found = readCells(problem);
   const CheckReport report(problem, found);

@@ -32,7 +32,7 @@ void line(Kind kind, const std::string& message) {
   if (currentSink) return currentSink(kind, text);
   clearStatus();
   std::FILE* const stream = kind < Kind::warning ? stdout : stderr;
-  const char* const label = kind < Kind::warning ? "" : kind == Kind::warning ? "(Warning) " : "(Error) ";
+  const char* const label = kind < Kind::warning ? "" : kind == Kind::error ? "(Error) " : "(Warning) ";
   fmt::print(stream, "(packMesh) {}{}\n", label, text);
   std::fflush(stream);
 }
@@ -91,6 +91,9 @@ void detail(const std::string& message) {
 
 void warning(const std::string& message) {
   line(Kind::warning, message);
+}
+void repair(const std::string& message) {
+  line(Kind::repair, message);
 }
 void error(const std::string& message) {
   line(Kind::error, message);

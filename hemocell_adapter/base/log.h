@@ -13,8 +13,8 @@ enum class Level { silent, quiet, normal, verbose };
 void setLevel(Level level);
 Level level();
 
-/// What a message is.
-enum class Kind { detail, info, warning, error };
+/// What a message is; repair: a warning that a mesh of the user was changed.
+enum class Kind { detail, info, warning, error, repair };
 /// Messages are given to `sink` instead of being printed, unless silent; empty: they are printed.
 void setSink(std::function<void(Kind, const std::string&)> sink);
 
@@ -29,6 +29,7 @@ void info(const std::string& message);
 void detail(const std::string& message);
 /// Prints to standard error, unless silent.
 void warning(const std::string& message);
+void repair(const std::string& message);
 void error(const std::string& message);
 
 }  // namespace packmesh::hemocell::log

@@ -43,7 +43,8 @@ std::set<std::int64_t> outsideOf(const Certificate& certificate) {
 
 PackingMeasures packingMeasuresOf(const Finished& done, const CellMeasures& measures) {
   return measurePacking(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
-                        measures.gap, endAxes(done.problem), outsideOf(done.result.certificate));
+                        measures.gap, endAxes(done.problem), outsideOf(done.result.certificate),
+                        done.result.certificate.gapsMeasuredUpTo);
 }
 
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
@@ -70,7 +71,7 @@ bool replacesItself(const Problem& problem, const OutputRequest& output, const f
 
 CellMeasures measuresOf(const Finished& done) {
   return measureShare(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
-                      outsideOf(done.result.certificate));
+                      outsideOf(done.result.certificate), done.result.certificate.gapsMeasuredUpTo);
 }
 
 std::string reportText(const Finished& done, const RunTimes& times) {

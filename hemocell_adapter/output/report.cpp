@@ -102,7 +102,8 @@ Report certificateOf(const Certificate& certificate) {
           {"misplaced", certificate.misplaced.size()},
           {"minimumGap", gapOf(certificate.minimumGap)},
           {"minimumWallGap", gapOf(certificate.minimumWallGap)},
-          {"gapsMeasuredUpTo", gapOfInterest}};
+          {"gapsMeasuredUpTo", certificate.gapsMeasuredUpTo},
+          {"wallGapsMeasuredUpTo", certificate.wallGapsMeasuredUpTo}};
 }
 
 Report reportOfKept(const Finished& done) {

@@ -57,8 +57,12 @@ std::vector<std::string> wordsNow(std::vector<std::string> words, const std::fil
   return words;
 }
 
+bool isOfSimulation(const std::vector<std::string>& words) {
+  return words.size() == 2 && words.back().rfind("iteration ", 0) == 0;
+}
+
 void requireCommand(const std::vector<std::string>& words, const std::filesystem::path& state) {
-  if (words.size() != 2 || words.back().rfind("iteration ", 0) != 0) return;
+  if (!isOfSimulation(words)) return;
   throw InputError(
       state.string() +
       ": has the cells of a simulation, and no packing to continue: --start, --fixed and --blood take them");

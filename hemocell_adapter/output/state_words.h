@@ -15,6 +15,9 @@ std::vector<std::string> storedWords(std::vector<std::string> words, const std::
 /// The words that a state file stores, with the folder in which it is now.
 std::vector<std::string> wordsNow(std::vector<std::string> words, const std::filesystem::path& state);
 
+/// Whether the words are no command, but name the iteration of the simulation whose cells a state has.
+bool isOfSimulation(const std::vector<std::string>& words);
+
 /// @throws InputError if the words are no command, but name the iteration of the simulation whose cells it
 /// has
 void requireCommand(const std::vector<std::string>& words, const std::filesystem::path& state);

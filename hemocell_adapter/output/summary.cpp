@@ -26,8 +26,8 @@ std::string distanceLine(const CellSpecies& species) {
                      species.minimumDistanceFromSolid, species.distanceFromSolidOrigin);
 }
 
-std::string gapText(double gap) {
-  if (std::isinf(gap)) return fmt::format("more than {:g} µm", gapOfInterest);
+std::string gapText(double gap, double measuredUpTo) {
+  if (std::isinf(gap)) return fmt::format("more than {:g} µm", measuredUpTo);
   return fmt::format("{:.6f} µm", gap);
 }
 
@@ -300,9 +300,11 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
   lines.push_back(fmt::format("Certificate: {} ({} cell{}, {} pair{} tested); minimum gap {}",
                               certificate.clean() ? "clean, no overlap" : "not clean", certificate.cells,
                               certificate.cells == 1 ? "" : "s", certificate.pairsTested,
-                              certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
+                              certificate.pairsTested == 1 ? "" : "s",
+                              gapText(certificate.minimumGap, certificate.gapsMeasuredUpTo)));
   const bool wall = problem.lumen.container->wall() != nullptr;
-  if (wall) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
+  if (wall)
+    lines.back() += ", to the wall " + gapText(certificate.minimumWallGap, certificate.wallGapsMeasuredUpTo);
   if (clearances.membranes > 0.0 || clearances.wall > 0.0)
     lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", clearances.membranes,
                                 wall ? fmt::format(", {:.6g} µm to the wall", clearances.wall) : ""));

@@ -69,7 +69,7 @@ std::string distanceLine(const CellSpecies& species);
 std::string versionLine(int ranks, int threads);
 
 /// "0.0213 µm", "more than 1 µm".
-std::string gapText(double gap);
+std::string gapText(double gap, double measuredUpTo);
 
 /// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
 std::vector<std::string> lumenLines(const Problem& problem);

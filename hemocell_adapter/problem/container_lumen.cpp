@@ -42,7 +42,7 @@ std::shared_ptr<const Container> ownBody(const Request& request, Lumen& lumen) {
     throw InputError(fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
-  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices, request.capOpenings);
+  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.repairs, request.capOpenings);
   if (solid.kind == SolidRequest::Kind::mesh) {
     const Vec3 size = body->bounds().size();
     if (const std::string hint = unitHint(size.maxCoeff(), solid.scale, smallestVessel, largestVessel);
@@ -176,7 +176,7 @@ Lumen containerLumen(const Request& request, const Case* simulation) {
   if (!request.container->obstacles.empty()) {
     std::vector<Obstacle> obstacles;
     for (const SolidRequest& solid : request.container->obstacles) {
-      solids.push_back(makeSolid(solid, {false, false, false}, lumen.notices));
+      solids.push_back(makeSolid(solid, {false, false, false}, lumen.repairs));
       obstacles.push_back({solids.back()->surface(), solid.where});
     }
     lumen.container = subtractObstacles(outer, std::move(obstacles));

@@ -44,7 +44,8 @@ struct Lumen {
   bool solidWalls = true;            ///< false: its boundaries are faces through which blood flows
   std::vector<LumenRegion> regions;  ///< empty: one hematocrit for all of it; else the last is the rest
   std::string note;                  ///< for readers: what container->describe() does not contain
-  std::vector<std::string> notices;  ///< assumptions and repairs the user should know of
+  std::vector<std::string> notices;  ///< assumptions the user should know of
+  std::vector<std::string> repairs;  ///< of meshes
 
   /// The volume to which a hematocrit refers [µm³].
   double fluidVolume() const { return lattice ? lattice->fluidVolume() : container->volume(); }

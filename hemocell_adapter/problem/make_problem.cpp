@@ -31,13 +31,13 @@ namespace packmesh::hemocell {
 namespace {
 
 std::shared_ptr<const Shape> shapeOf(const SpeciesPlan& species, double dx, const Threads& threads,
-                                     std::vector<std::string>& warnings) {
+                                     std::vector<std::string>& repairs) {
   return located(fmt::format("cell '{}'", species.name), [&]() -> std::shared_ptr<const Shape> {
     switch (species.kind) {
       case SpeciesPlan::Template::model:
-        return makeShape(species.model, dx, &warnings, threads);
+        return makeShape(species.model, dx, &repairs, threads);
       case SpeciesPlan::Template::mesh:
-        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings,
+        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, repairs,
                                  threads);
       case SpeciesPlan::Template::built:
         return makeShapeOfBuilt(species.builtMesh, species.name, dx, threads);
@@ -125,7 +125,7 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
   std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
   for (SpeciesPlan& plan : plans) {
     std::shared_ptr<const Shape>& shape = shapes[keyOf(plan)];
-    if (!shape) shape = shapeOf(plan, problem.request.dx, problem.team, problem.notices);
+    if (!shape) shape = shapeOf(plan, problem.request.dx, problem.team, problem.repairs);
     CellSpecies& species = problem.species.emplace_back(std::move(plan));
     species.shape = shape;
     species.countedVolume = shape->volume();
@@ -177,7 +177,7 @@ void preparePacking(Problem& problem) {
   if (request.profile && !request.regions.empty())
     throw InputError(request.regions.front().body.where +
                      ": regions and a profile (--profile, <profile>) exclude each other");
-  problem.lumen.regions = makeRegions(request, problem.lumen);
+  problem.lumen.regions = makeRegions(request, problem.lumen, problem.repairs);
   if (request.dischargeHematocrit) chooseTubeHematocrit(problem);
   resolveCounts(problem);
   if (request.profile) problem.profile = planProfile(problem, problem.notices);
@@ -196,6 +196,16 @@ void preparePacking(Problem& problem) {
   for (std::string& warning : examineRegions(problem)) problem.notices.push_back(std::move(warning));
 }
 
+/// Those of its lumen, too.
+void takeNotices(Problem& problem) {
+  const auto append = [](std::vector<std::string>& to, std::vector<std::string>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+    from.clear();
+  };
+  append(problem.notices, problem.lumen.notices);
+  append(problem.repairs, problem.lumen.repairs);
+}
+
 /// A problem with the lumen of its request.
 /// @param complete adds species, and what else there is
 Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
@@ -211,11 +221,11 @@ Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
   try {
     complete(problem);
   } catch (...) {
-    for (const auto* notices : {&problem.notices, &problem.lumen.notices})
-      for (const std::string& notice : *notices) log::warning(notice);  // may explain the failure
+    takeNotices(problem);
+    logNotices(problem);  // may explain the failure
     throw;
   }
-  for (std::string& notice : problem.lumen.notices) problem.notices.push_back(std::move(notice));
+  takeNotices(problem);
   return problem;
 }
 
@@ -230,6 +240,11 @@ void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
 }
 
 }  // namespace
+
+void logNotices(const Problem& problem) {
+  for (const std::string& notice : problem.notices) log::warning(notice);
+  for (const std::string& repair : problem.repairs) log::repair(repair);
+}
 
 Problem problemToPack(const CompletedRequest& completed, const Communicator& ranks) {
   return builtWith(completed, ranks, [&](Problem& problem) {

@@ -13,6 +13,9 @@
 
 namespace packmesh::hemocell {
 
+/// Tells the user how a problem was built.
+void logNotices(const Problem& problem);
+
 /// The problem of packing: shapes, lumen, walls, counts, and what is packed with the clearances demanded.
 /// Does not communicate.
 /// @param ranks that pack it

@@ -289,16 +289,16 @@ class Parting {
 
 }  // namespace
 
-std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen) {
+std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen,
+                                     std::vector<std::string>& repairs) {
   std::vector<LumenRegion> regions;
   if (asked.regions.empty()) return regions;
   const Box bounds = lumen.container->bounds();
   const Vec3 period = lumen.container->period();
   std::vector<std::shared_ptr<const Container>> earlier;
-  std::vector<std::string> notices;
   double rest = 1.0;
   for (const RegionRequest& request : asked.regions) {
-    std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
+    std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, repairs);
     const auto region = std::make_shared<BodyRegion>(body, earlier, bounds, period);
     const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
     if (!(share > 0.0))

@@ -12,7 +12,9 @@ namespace packmesh::hemocell {
 
 /// The regions of a request and, as the last one, the rest; empty if it has none.
 /// @throws InputError if one lies outside the lumen
-std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen);
+/// @param repairs of meshes are added
+std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen,
+                                     std::vector<std::string>& repairs);
 
 /// Index of the region that contains a point.
 int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point);

@@ -49,6 +49,7 @@ struct Problem {
   PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
   ReadLines read;                      ///< existing cells
   std::vector<std::string> notices;    ///< how it was built, for the user
+  std::vector<std::string> repairs;    ///< of meshes, for the user
   std::vector<std::string> unchecked;  ///< .pos files that a check cannot examine
 
   /// The running system of the case; nullptr outside of HemoCell.

@@ -17,12 +17,12 @@
 namespace packmesh::hemocell {
 
 VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
-                      std::vector<std::string>& notices) {
+                      std::vector<std::string>& repairs) {
   VesselMesh mesh;
   mesh.asRead = mesh.closed = readMesh(file);
-  for (const std::string& repair :
+  for (std::string& repair :
        repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
-    notices.push_back(repair);
+    repairs.push_back(std::move(repair));
   return mesh;
 }
 
@@ -42,7 +42,7 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
 namespace {
 
 std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                        std::vector<std::string>& notices, bool capOpenings) {
+                                        std::vector<std::string>& repairs, bool capOpenings) {
   switch (solid.kind) {
     case SolidRequest::Kind::box:
       return makeBox({solid.origin, solid.origin + solid.size}, periodic);
@@ -57,9 +57,9 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
     case SolidRequest::Kind::mesh:
       break;
   }
-  VesselMesh vessel = readVessel(solid.file, capOpenings, tolerance::flatHoleFraction, notices);
+  VesselMesh vessel = readVessel(solid.file, capOpenings, tolerance::flatHoleFraction, repairs);
   if (std::string text = cappedText(solid.file, vessel.openings, solid.scale); !text.empty())
-    notices.push_back(std::move(text));
+    repairs.push_back(std::move(text));
   TriangleMesh mesh = std::move(vessel.closed);
   for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
   const Box bounds = boundingBox(mesh);
@@ -85,8 +85,8 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
 }  // namespace
 
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices, bool capOpenings) {
-  return located(solid.where, [&] { return bodyOf(solid, periodic, notices, capOpenings); });
+                                           std::vector<std::string>& repairs, bool capOpenings) {
+  return located(solid.where, [&] { return bodyOf(solid, periodic, repairs, capOpenings); });
 }
 
 }  // namespace packmesh::hemocell

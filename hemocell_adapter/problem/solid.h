@@ -23,11 +23,11 @@ struct VesselMesh {
   std::vector<CappedOpening> openings;  ///< that are closed
 };
 
-/// What was repaired is added to `notices`.
+/// What was repaired is added to `repairs`.
 /// @param capOpenings close openings that are flat up to `flatness` (see repairClosed)
 /// @throws InputError
 VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
-                      std::vector<std::string>& notices);
+                      std::vector<std::string>& repairs);
 
 /// What is said of openings that were closed: their number and areas; empty if there are none.
 /// @param unit [µm per unit of their mesh]
@@ -38,6 +38,6 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
 /// @param periodic axes along which it is periodic
 /// @param capOpenings close flat openings of a mesh
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices, bool capOpenings = false);
+                                           std::vector<std::string>& repairs, bool capOpenings = false);
 
 }  // namespace packmesh::hemocell

@@ -17,15 +17,14 @@ namespace packmesh::hemocell {
 namespace {
 
 /// A vessel whose surface has no recognisable open ends: the nodes that HemoCell makes fluid.
-Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
-  Lumen lumen;
+/// @param lumen with its notices
+Lumen voxelLumen(VesselOnLattice vessel, bool periodic, Lumen lumen) {
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
   lumen.container = makeVoxelLumen(lumen.lattice, {periodic, false, false});
   lumen.note = fmt::format(
       "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
       "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
       signedVolume(vessel.surface));
-  lumen.notices = std::move(notices);
   lumen.periodic = periodic;
   lumen.acceptedOnly = true;
   return lumen;
@@ -54,9 +53,9 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
   Lumen lumen;
   const std::string where = fmt::format("{}: {}", domain.geometryWhere, domain.geometry->string());
   VesselMesh stl = located(domain.geometryWhere, [&] {
-    return readVessel(*domain.geometry, request.capOpenings, tolerance::flatCapFraction, lumen.notices);
+    return readVessel(*domain.geometry, request.capOpenings, tolerance::flatCapFraction, lumen.repairs);
   });
-  const bool repaired = !lumen.notices.empty() && isFilledByParity(stl.asRead);
+  const bool repaired = !lumen.repairs.empty() && isFilledByParity(stl.asRead);
   const double extent = boundingBox(stl.closed).size()[std::clamp(domain.refDir, 0, 2)];
   VesselOnLattice vessel = located(where, [&] {
     return placeVessel(std::move(stl.closed), domain.dx, domain.refDir, domain.refDirN,
@@ -64,9 +63,9 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
   });
   const double unit = domain.dx * domain.refDirN / extent;
   if (std::string text = cappedText(*domain.geometry, stl.openings, unit); !text.empty())
-    lumen.notices.push_back(std::move(text));
-  if (!lumen.notices.empty()) {
-    lumen.notices.push_back(
+    lumen.repairs.push_back(std::move(text));
+  if (!lumen.repairs.empty()) {
+    lumen.repairs.push_back(
         fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
   }
   VesselEnds ends;
@@ -90,7 +89,7 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
     vessel.lattice = std::move(inlet.lattice);
   }
   if (!preInlet && !hasFlatEnds(vessel.surface, ends.axis))
-    return voxelLumen(std::move(vessel), request.periodicEnds.value_or(false), std::move(lumen.notices));
+    return voxelLumen(std::move(vessel), request.periodicEnds.value_or(false), std::move(lumen));
   ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
   ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
   ends.periodic = request.periodicEnds.value_or(false);

@@ -31,21 +31,27 @@ PosShare shareOf(const std::vector<PresentCell>& all, const Communicator& ranks)
   return {{all.begin() + first, all.begin() + end}, first, static_cast<std::int64_t>(all.size())};
 }
 
-Certificate certificateOf(const Problem& problem, const std::vector<PlacedCell>& own, std::int64_t all) {
+Certificate certificateOf(const Problem& problem, const std::vector<PlacedCell>& own, std::int64_t all,
+                          const Clearances& kept) {
   const Communicator& ranks = problem.ranks;
   const Physics physics = physicsOf(problem);
   LimitedSearch search{OverlapSearch(all, mostOverlaps(all))};
-  if (ranks.alone())
-    return Certifier(certificateInputOf(physics, own, problem.team), gapOfInterest, &search).certificate();
-  const SharedCells here = sharedInSpace(own, physics, std::max(gapOfInterest, physics.clearance), ranks);
-  CertificateInput input = certificateInputOf(physics, here.cells, problem.team);
+  const auto inputOf = [&](const std::vector<PlacedCell>& cells) {
+    CertificateInput input = certificateInputOf(physics, cells, problem.team);
+    input.largestGap = std::max(input.largestGap, measuredUpTo(kept.membranes));
+    input.largestWallGap = std::max(input.largestWallGap, measuredUpTo(kept.wall));
+    return input;
+  };
+  if (ranks.alone()) return Certifier(inputOf(own), &search).certificate();
+  const SharedCells here = sharedInSpace(own, physics, inputOf(own).largestGap, ranks);
+  CertificateInput input = inputOf(here.cells);
   input.own = &here.own;
   search.numbers = &here.numbers;
   search.sum = [&](std::int64_t found) { return ranks.sum(found); };
   Certificate certificate;
   std::exception_ptr error;
   try {
-    certificate = Certifier(input, gapOfInterest, &search).certificate();
+    certificate = Certifier(input, &search).certificate();
   } catch (...) {
     error = std::current_exception();
   }
@@ -145,11 +151,11 @@ bool Examination::keeps(std::int64_t cell) const {
   return at == dropped.end() || at->cell != cell;
 }
 
-Examination examine(const Problem& problem, const std::vector<PlacedCell>& own) {
+Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept) {
   const Communicator& ranks = problem.ranks;
   Examination found;
   found.cells = ranks.sum(static_cast<std::int64_t>(own.size()));
-  found.certificate = certificateOf(problem, own, found.cells);
+  found.certificate = certificateOf(problem, own, found.cells, kept);
   std::vector<OverlappingPair>& pairs = found.certificate.overlapping;
   found.overlaps = static_cast<std::int64_t>(pairs.size());
   if (found.certificate.moreOverlaps) {

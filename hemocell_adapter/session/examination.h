@@ -61,7 +61,8 @@ struct Examination {
 /// result is the same on all ranks, and on any number of them. If more pairs overlap than mostOverlaps(), the
 /// certificate lists only a few of them, so time and memory grow linearly with the cells. All ranks call.
 /// @param own cells of this rank, numbered in rank order
+/// @param kept clearances that the packing kept, where these are wider: gaps are measured up to beyond them
 /// @throws InputError; AgreedFailure if there are several ranks
-Examination examine(const Problem& problem, const std::vector<PlacedCell>& own);
+Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept = {});
 
 }  // namespace packmesh::hemocell

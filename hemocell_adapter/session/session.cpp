@@ -102,7 +102,7 @@ std::shared_ptr<const Problem> Session::problemOf(const CompletedRequest& comple
     const PollScope scope(endOfPreparation(completed.request, timer_, delivery_, hooks_.interrupted));
     problem = std::make_shared<const Problem>(problemToPack(completed, ranks_));
   });
-  for (const std::string& notice : problem->notices) log::warning(notice);
+  logNotices(*problem);
   if (problem->profile && !completed.request.dryRun && !completed.request.validate)
     problem = corrected(std::move(problem));
   if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
@@ -179,7 +179,7 @@ Packing Session::repeatedInTiles(Packing before) const {
   together(ranks_, [&] {
     big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before.result));
   });
-  for (const std::string& notice : big->notices) log::warning(notice);
+  logNotices(*big);
   const auto& times = problem.request.tiles;
   log::info(
       fmt::format("Repeated {} x {} x {} times: {}", times[0], times[1], times[2], lumenLines(*big).front()));

@@ -114,13 +114,13 @@ class Measuring {
   /// for any limit, so the result does not depend on the order.
   std::vector<std::atomic<double>> gapsOfAll() const {
     std::vector<std::atomic<double>> gaps(cells_.count());
-    for (std::atomic<double>& gap : gaps) gap = farthestGap;
+    for (std::atomic<double>& gap : gaps) gap = input_.largestGap;
     const PeriodicNeighbors neighbors = cells_.neighbors();
     const std::vector<std::int32_t> order = neighbors.spatialOrder();
     std::vector<char> open(cells_.count());  // whether the gap is not known yet
     for (std::int64_t i = 0; i < cells_.count(); ++i) open[i] = cells_.isOwn(i);
-    for (double known = 0.0, level = firstLevel; known < farthestGap; level *= levelGrowth) {
-      level = std::min(level, farthestGap);
+    for (double known = 0.0, level = firstLevel; known < input_.largestGap; level *= levelGrowth) {
+      level = std::min(level, input_.largestGap);
       forEachCell([&](std::int64_t i) {
         if (open[order[i]]) searchAround(order[i], neighbors, level, open, gaps);
       });

@@ -12,13 +12,9 @@
 
 namespace packmesh {
 
-/// Gaps are measured up to this distance [µm], within which ranks hold copies of all neighbours; cells
-/// without a neighbour within it get this value.
-constexpr double farthestGap = gapOfInterest;
-
 /// Measurements per cell; empty: not measured. See measureCells(). All columns have the same length.
 struct CellMeasures {
-  std::vector<double> gap;              ///< gap to the nearest other membrane [µm]
+  std::vector<double> gap;  ///< to the nearest other membrane, at most CertificateInput::largestGap [µm]
   std::vector<double> localHematocrit;  ///< volume fraction of red cells around it
 
   /// A column, by its name in files.
@@ -47,8 +43,8 @@ void setMeasuresOfCell(CellMeasures& measures, std::size_t cell, const MeasuresO
 /// rank, provided cells are in the same order everywhere. The local hematocrit is the volume fraction of red
 /// cells (Species::inHematocrit) in the part of the lumen around the cell: in the boxes of about 10 µm
 /// that contain its volume.
-/// @param input of the same physics; full-size cells of this rank and copies of the cells around them, sorted
-/// by number
+/// @param input of the same physics; full-size cells of this rank and copies of all cells within largestGap
+/// of them, sorted by number
 /// @param leftOut per cell of `input`, or empty: cells whose volume does not count in local hematocrits
 CellMeasures measureCells(const Physics& physics, const Execution& execution, const CertificateInput& input,
                           const std::vector<bool>& leftOut = {});

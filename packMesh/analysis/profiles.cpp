@@ -48,7 +48,7 @@ Profile layersOf(double begin, double length, bool exactly) {
 class Measuring {
  public:
   Measuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
-            const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside)
+            const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside, double largestGap)
       : physics_(physics),
         species_(physics.species),
         kinds_(kindsOf(physics)),
@@ -57,6 +57,7 @@ class Measuring {
         cells_(cells),
         ends_(ends),
         outside_(outside),
+        largestGap_(largestGap),
         bounds_(container_.bounds()),
         period_(container_.period()),
         wall_(container_.wall()) {
@@ -225,14 +226,15 @@ class Measuring {
 
   GapHistogram gapsOf(int kind, const std::vector<double>& gaps) const {
     GapHistogram histogram;
-    histogram.counts.assign(static_cast<std::size_t>(std::llround(farthestGap / histogram.width)), 0);
+    constexpr double rounding = 1e-9;  // of a whole number of bins
+    histogram.counts.assign(static_cast<std::size_t>(std::ceil(largestGap_ / histogram.width - rounding)), 0);
     const auto bins = static_cast<int>(histogram.counts.size());
     constexpr double gapStep = 0x1p-30;
     std::int64_t sum = 0, own = 0;
-    double least = farthestGap;
+    double least = largestGap_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (kindOf(cells_[i]) != kind) continue;
-      if (gaps[i] >= farthestGap) {
+      if (gaps[i] >= largestGap_) {
         ++histogram.beyond;
         continue;
       }
@@ -298,6 +300,7 @@ class Measuring {
   const std::vector<PlacedCell>& cells_;
   const std::array<bool, 3> ends_;
   const std::set<std::int64_t>& outside_;
+  const double largestGap_;  ///< [µm]
   const Box bounds_;
   const Vec3 period_;
   const Wall* const wall_;
@@ -328,8 +331,9 @@ std::optional<double> layerBelow(const Profile& profile, double share) {
 
 PackingMeasures measurePacking(const Physics& physics, const Execution& execution,
                                const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
-                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside) {
-  return Measuring(physics, execution, cells, ends, outside)(gaps);
+                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside,
+                               double largestGap) {
+  return Measuring(physics, execution, cells, ends, outside, largestGap)(gaps);
 }
 
 }  // namespace packmesh

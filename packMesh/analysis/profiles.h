@@ -34,8 +34,8 @@ std::optional<double> layerBelow(const Profile& profile, double share);
 
 struct GapHistogram {
   double width = 0.02;               ///< bin i: [i, i+1) * width [µm]; gaps below 0 are in the first
-  std::vector<std::int64_t> counts;  ///< up to farthestGap
-  std::int64_t beyond = 0;           ///< cells without a neighbour within farthestGap
+  std::vector<std::int64_t> counts;  ///< up to the largest gap that was measured
+  std::int64_t beyond = 0;           ///< cells without a neighbour within it
   /// Of cells with such a neighbour [µm]; 0 if there are none. The median is accurate to one bin.
   double minimum = 0.0, mean = 0.0, median = 0.0;
 };
@@ -65,12 +65,13 @@ struct PackingMeasures {
 
 /// Measures a packing; the result is the same on all ranks and for any number of ranks. Collective.
 /// @param cells full-size cells of this rank
-/// @param gaps gaps of these cells, see measureCells() [µm]
+/// @param gaps gaps of these cells, see measureCells() [µm], measured up to `largestGap`
 /// @param ends axes along which the lumen ends without a wall: points closer to such an end than to the wall
 /// are excluded from `wall`
 /// @param outside as for measureShare(): profiles leave them out
 PackingMeasures measurePacking(const Physics& physics, const Execution& execution,
                                const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
-                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside = {});
+                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside = {},
+                               double largestGap = gapOfInterest);
 
 }  // namespace packmesh

@@ -14,13 +14,15 @@ struct Measured {
 }  // namespace
 
 CellMeasures measureShare(const Physics& physics, const Execution& execution,
-                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside) {
+                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside,
+                          double largestGap) {
   const Communicator& ranks = execution.communicator;
-  const SharedCells here = sharedInSpace(own, physics, farthestGap, ranks);
+  const SharedCells here = sharedInSpace(own, physics, largestGap, ranks);
   std::vector<bool> leftOut;
   for (const std::int64_t number : here.numbers) leftOut.push_back(outside.count(number) > 0);
   CertificateInput input = certificateInputOf(physics, here.cells, execution.threads);
   input.own = &here.own;
+  input.largestGap = largestGap;
   const CellMeasures found = measureCells(physics, execution, input, leftOut);
 
   std::vector<std::vector<Measured>> back(ranks.size());

@@ -15,7 +15,9 @@ namespace packmesh {
 /// @param own full-size cells of this rank; numbered globally in rank order
 /// @param outside cells that are not wholly inside the lumen, numbered over all ranks, the same on all:
 /// local hematocrits leave them out. A certified packing has none
+/// @param largestGap larger gaps are not measured [µm]
 CellMeasures measureShare(const Physics& physics, const Execution& execution,
-                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside = {});
+                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside = {},
+                          double largestGap = gapOfInterest);
 
 }  // namespace packmesh

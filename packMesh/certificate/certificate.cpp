@@ -39,6 +39,8 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   Certificate all;
   all.complete = !communicator.any(!own.complete);
   all.moreOverlaps = communicator.any(own.moreOverlaps);
+  all.gapsMeasuredUpTo = own.gapsMeasuredUpTo;
+  all.wallGapsMeasuredUpTo = own.wallGapsMeasuredUpTo;
   all.cells = communicator.sum(own.cells);
   all.pairsTested = communicator.sum(own.pairsTested);
   all.minimumGap = communicator.min(own.minimumGap);

@@ -3,6 +3,7 @@
 /// was made.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -30,6 +31,15 @@ struct MisplacedCell {
   double required = 0.0;  ///< the gap that it needs, where its own is positive [µm]
 };
 
+/// Larger gaps are not measured, unless larger ones are required [µm].
+constexpr double gapOfInterest = 1.0;
+
+/// Up to where gaps are measured if `required` is the least that is allowed [µm]: beyond it, so that the
+/// smallest one is known.
+constexpr double measuredUpTo(double required) {
+  return std::max(gapOfInterest, 1.5 * required);
+}
+
 struct Certificate {
   std::int64_t cells = 0;
   std::int64_t pairsTested = 0;  ///< pairs whose bounding spheres are closer than the required gap
@@ -40,6 +50,7 @@ struct Certificate {
   double minimumGap = std::numeric_limits<double>::infinity();
   /// Smallest gap between membrane and wall [µm], likewise; 0 if any cell is not inside the lumen.
   double minimumWallGap = std::numeric_limits<double>::infinity();
+  double gapsMeasuredUpTo = gapOfInterest, wallGapsMeasuredUpTo = gapOfInterest;  ///< [µm]
   double cellVolume = 0.0;  ///< total volume of all meshes [µm³]
   bool complete = true;     ///< false: stopped early, nothing is proven
   /// True if so many pairs overlap that only some of them are listed: see LimitedSearch.
@@ -47,9 +58,6 @@ struct Certificate {
 
   bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
 };
-
-/// Larger gaps are not measured by default [µm].
-constexpr double gapOfInterest = 1.0;
 
 /// Sorts by first, second and shift.
 void sortByCells(std::vector<OverlappingPair>& pairs);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/certificate_input.h"
 
+#include <algorithm>
+
 namespace packmesh {
 
 CertificateInput certificateInputOf(const Physics& physics, const std::vector<PlacedCell>& cells,
@@ -15,6 +17,9 @@ CertificateInput certificateInputOf(const Physics& physics, const std::vector<Pl
   input.cells = &cells;
   input.requiredGap = physics.clearance;
   input.requiredWallGap = physics.wallClearance;
+  input.largestGap = measuredUpTo(input.requiredGap);
+  for (std::size_t s = 0; s < physics.species.size(); ++s)
+    input.largestWallGap = std::max(input.largestWallGap, measuredUpTo(input.wallGapOf(int(s))));
   input.threads = threads;
   return input;
 }

@@ -42,15 +42,17 @@ std::string tooNear(double gap, double required) {
 
 }  // namespace
 
-Certifier::Certifier(const CertificateInput& input, double largestGap, LimitedSearch* search)
+Certifier::Certifier(const CertificateInput& input, LimitedSearch* search)
     : input_(input),
       cells_(input_),
       changed_(cells_.count(), true),
       nearest_(cells_.count(), infinite),
       partner_(cells_.count(), -1),
-      pairGap_(largestGap, input.requiredGap + firstLevel, input.requiredGap),
+      pairGap_(input.largestGap, input.requiredGap + firstLevel, input.requiredGap),
       wallGaps_(cells_.count(), infinite),
-      wallGap_(largestGap, largestGap) {
+      wallGap_(input.largestWallGap, input.largestWallGap) {
+  certificate_.gapsMeasuredUpTo = input.largestGap;
+  certificate_.wallGapsMeasuredUpTo = input.largestWallGap;
   neighbors_.emplace(cells_.neighbors());
   examineAll(search);
   finish();

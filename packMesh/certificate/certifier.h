@@ -34,10 +34,8 @@ class Certifier {
  public:
   /// Certifies all cells. The data referenced by `input` must outlive this object; the number of cells must
   /// not change.
-  /// @param largestGap as for certify() [µm]
   /// @param search without `stop` and upToFirstFault; used by the constructor only. nullptr: all pairs
-  explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest,
-                     LimitedSearch* search = nullptr);
+  explicit Certifier(const CertificateInput& input, LimitedSearch* search = nullptr);
   Certifier(const Certifier&) = delete;
   Certifier& operator=(const Certifier&) = delete;
 

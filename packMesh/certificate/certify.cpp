@@ -5,8 +5,13 @@
 #include "packMesh/certificate/overlap_finder.h"
 
 namespace packmesh {
-Certificate certify(const CertificateInput& input, double largestGap) {
-  return Certifier(input, largestGap).certificate();
+Certificate certify(const CertificateInput& input) {
+  return Certifier(input).certificate();
+}
+
+Certificate certify(CertificateInput input, double largestGap) {
+  input.largestGap = input.largestWallGap = largestGap;
+  return certify(input);
 }
 
 std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,

@@ -14,8 +14,10 @@ namespace packmesh {
 /// triangles are closed sets, so meshes that share a single point overlap; a mesh inside another one overlaps
 /// it, too.
 /// Results are sorted by cell. Memory: about 130 bytes per cell; meshes are placed one at a time.
-/// @param largestGap larger gaps are not measured [µm]
-Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
+Certificate certify(const CertificateInput& input);
+
+/// The same, but no gaps larger than `largestGap` are measured [µm].
+Certificate certify(CertificateInput input, double largestGap);
 
 /// The overlapping pairs that contain at least one of `movedCells` (each once), sorted by cell; without gaps
 /// and walls. For stages that move a few cells at a time: all other pairs are unchanged.

@@ -47,8 +47,7 @@ void checkFits(const Species& species, const Container& container, double wallCl
 void checkPeriods(const Species& species, const PackingProblem& problem) {
   constexpr double mostPeriods = 32.0;
   const Vec3& period = problem.physics.container->period();
-  const double width = 2.0 * species.shape->radius(),
-               gap = std::max(gapOfInterest, problem.physics.clearance);
+  const double width = 2.0 * species.shape->radius(), gap = measuredUpTo(problem.physics.clearance);
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
       throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +

@@ -83,7 +83,7 @@ double largestRadius(const Physics& physics) {
 
 /// Distance from a cell's centre within which the certificate can look for neighbours [µm].
 double certifiedRange(double reach, double clearance) {
-  return 2.0 * (reach + Relaxation::certifiedMotion) + std::max(gapOfInterest, clearance);
+  return 2.0 * (reach + Relaxation::certifiedMotion) + measuredUpTo(clearance);
 }
 
 }  // namespace

@@ -9,13 +9,16 @@ import pathlib
 import shutil
 import tempfile
 import weakref
-from typing import Any, Iterator, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
 from . import _packmesh, files
-from .errors import InputError, OutputError
+from ._values import ByValue
+from .cells import CellPacking, Cells
+from .errors import InputError, OutputError, warn_of_repair
+from .packing_file import RUN_COMMAND, matrices_of
 
 Path = Union[str, "os.PathLike[str]"]
 #: Numbers of Python and of NumPy.
@@ -30,8 +33,8 @@ MeshSource = Union[Path, Tuple[Any, Any]]
 _COUNT_OPTIONS = _packmesh.count_options()
 
 
-@dataclasses.dataclass(frozen=True)
-class Species:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Species(ByValue):
     """A kind of cell. The number of red cells without `count` and `ratio` follows from the hematocrit.
 
     count: number of cells
@@ -63,16 +66,16 @@ class Species:
     construction: Optional[str] = None
 
 
-@dataclasses.dataclass(frozen=True)
-class Box:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Box(ByValue):
     """A box: size and low corner [µm]."""
 
     size: Vector
     origin: Vector = (0.0, 0.0, 0.0)
 
 
-@dataclasses.dataclass(frozen=True)
-class Cylinder:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Cylinder(ByValue):
     """A cylinder along "x", "y" or "z" [µm]. Default centre: its low corner is at the origin."""
 
     radius: Number
@@ -81,16 +84,16 @@ class Cylinder:
     center: Optional[Vector] = None
 
 
-@dataclasses.dataclass(frozen=True)
-class Sphere:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Sphere(ByValue):
     """A sphere [µm]. Default centre: its low corner is at the origin."""
 
     radius: Number
     center: Optional[Vector] = None
 
 
-@dataclasses.dataclass(frozen=True)
-class Mesh:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Mesh(ByValue):
     """A closed mesh, a file or (vertices, triangles): coordinates times `scale` plus `offset` are in µm."""
 
     source: MeshSource
@@ -102,8 +105,8 @@ class Mesh:
 Body = Union[Box, Cylinder, Sphere, Mesh]
 
 
-@dataclasses.dataclass(frozen=True)
-class Region:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Region(ByValue):
     """A part of the lumen with its own hematocrit. A point belongs to the first region that contains it."""
 
     hematocrit: Number
@@ -215,16 +218,34 @@ def inputs_of(state: Path) -> pathlib.Path:
     return file.with_name(file.stem + "_inputs")
 
 
+class Folder:
+    """A temporary folder that is removed when this object is."""
+
+    def __init__(self, path: pathlib.Path) -> None:
+        self.path = path
+        weakref.finalize(self, shutil.rmtree, path, True)
+
+
+class Command(List[str]):
+    """Words; the files in `folder` that they name exist for as long as they do."""
+
+    def __init__(self, words: Sequence[str], folder: Optional[Folder]) -> None:
+        super().__init__(words)
+        self._folder = folder
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return list, (list(self),)
+
+
 class Words:
     """What a call of the program would be given."""
 
-    def __init__(self, folder: pathlib.Path, comm: Any = None) -> None:
+    def __init__(self, folder: pathlib.Path) -> None:
         self.words: list[str] = []
         self._species: list[str] = []
         self._container: list[str] = []
         self._regions: list[str] = []
         self._folder = folder
-        self._comm = comm
         self._files = 0
         self._lent = False
 
@@ -255,6 +276,9 @@ class Words:
                              f"found {vertices.shape} and {triangles.shape}")
         if not (np.isfinite(triangles).all() and (triangles == np.floor(triangles)).all()):
             raise InputError("a mesh: triangles are numbers of vertices; expected whole numbers")
+        merged = len(vertices) - len(np.unique(vertices, axis=0))
+        if merged:
+            warn_of_repair(f"a mesh: merged {merged} duplicate vert{'ex' if merged == 1 else 'ices'}")
         self._files += 1
         file = self._folder / f"mesh_{self._files}.off"
         with open(file, "w", encoding="ascii") as out:
@@ -380,24 +404,32 @@ class Words:
             source = [source]
         if callable(getattr(source, "packing", None)):  # a step of a run
             source = source.packing()
-        if hasattr(source, "pos_lines") and source.deformed:
+        if isinstance(source, CellPacking) and source.deformed:
             source = [self._state_of(option, source)]
-        elif hasattr(source, "pos_lines"):
-            lines = {name: source.pos_lines(name) for name in source.species_names}
-            if self._comm is not None:
-                lines = {name: np.concatenate(self._comm.allgather(own)) for name, own in lines.items()}
-            source = lines
+        elif isinstance(source, CellPacking):
+            source = {name: source[name] for name in source.species_names}
+        elif isinstance(source, Cells):
+            source = [self._state_of_cells(option, source)] if source.deformed else {source.name: source}
         if isinstance(source, Mapping):
+            source = {name: lines._of_all_ranks(lines.pos_lines) if isinstance(lines, Cells) else lines for name, lines in source.items()}
             folder = self._folder / option
             _packmesh.write_pos(folder, pos_rows(source))
             source = [folder / (name.strip() + ".pos") for name in source]
-        what = 'files, {"RBC": array of shape (n, 6)}, a Packing, a run or a step of one'
+        what = 'files, {"RBC": array of shape (n, 6)}, a Packing or its cells of a species, a run or a step of one'
         if not hasattr(source, "__iter__"):
             raise InputError(f"{option}: expected {what}, found {source!r}")
         for file in source:
             if not isinstance(file, (str, os.PathLike)):
                 raise InputError(f"{option}: expected {what}, found a list with {file!r}")
             self.option(option, file)
+
+    def _state_of_cells(self, option: str, cells: Cells) -> str:
+        """A state of the cells of one species, which have meshes of their own."""
+        positions, rotations, vertices = (cells._of_all_ranks(one) for one in (cells.positions, cells.rotations, cells.vertices))
+        bodies = np.einsum("nvi,nij->nvj", vertices - positions[:, None], matrices_of(rotations))
+        file = str(self._folder / (option + ".h5"))
+        _packmesh.save_cells(file, [RUN_COMMAND, "iteration unknown"], [(cells.name, *cells.template, positions, rotations, bodies)], None, None)
+        return file
 
     def _state_of(self, option: str, packing: Any) -> str:
         """The state of cells that have meshes of their own."""
@@ -447,13 +479,12 @@ class Words:
                 shutil.rmtree(inputs_of(state), ignore_errors=True)
             raise
 
-    def lend_folder(self, user: Any) -> Optional[pathlib.Path]:
-        """The folder of what was given as arrays, if there is any, for as long as `user` exists."""
+    def lend_folder(self) -> Optional[Folder]:
+        """The folder of what was given as arrays, if there is any."""
         if not self.has_files():
             return None
         self._lent = True
-        weakref.finalize(user, shutil.rmtree, self._folder, True)
-        return self._folder
+        return Folder(self._folder)
 
     def remove_folder(self) -> None:
         if not self._lent:
@@ -478,9 +509,9 @@ def _tag(name: str, values: Mapping[str, Any]) -> str:
 
 
 @contextlib.contextmanager
-def words(comm: Any = None) -> Iterator[Words]:
+def words() -> Iterator[Words]:
     """With a folder for what is given as arrays, which is removed at the end, unless it is lent."""
-    asked = Words(pathlib.Path(tempfile.mkdtemp(prefix="packmesh-")), comm)
+    asked = Words(pathlib.Path(tempfile.mkdtemp(prefix="packmesh-")))
     try:
         yield asked
     finally:

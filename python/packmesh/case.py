@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Mapping, 
 
 import numpy as np
 
-from . import _packmesh
+from . import _packmesh, cells
 from ._check import check
 from ._settings import (Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, Words, address,
                         encoded, file_name, mapping, several, words)
+from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError
 from .packing import Check, Packing
@@ -23,11 +24,11 @@ from .progress import Progress, ProgressDisplay
 if TYPE_CHECKING:
     from .hemocell_run import Run, Step
 
-Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, "Step", "Run"]
+Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, cells.Cells, "Step", "Run"]
 
 
-@dataclasses.dataclass(frozen=True)
-class Forecast:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Forecast(ByValue):
     """What to expect of a packing.
 
     counts: number of cells of each species
@@ -131,7 +132,7 @@ def pack(
         profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
-            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, or a step of a run, its packing, or a run, of which the
+            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, its cells of a species (p["RBC"]), or a step of a run, its packing, or a run, of which the
             last step is taken: these cells keep their membranes
         blood: flowing blood that is repeated over the lumen: a state file, a run or its output folder, of which the last step is
             taken, a step of a run, or a packing with deformed cells
@@ -178,14 +179,14 @@ def pack(
         packing._convert_growth()
         return packing
 
-    with words(communicator) as asked:
+    with words() as asked:
         _fill(asked, **arguments)
         saved = state if state is not None else restart
         if saved is None:
             if checkpoint_every is not None and asked.has_files():
                 raise InputError("checkpoint_every: what is given as arrays needs the name of a state file (state) too")
             packing = packed(asked.all())
-            packing._inputs = asked.lend_folder(packing)
+            packing._inputs = asked.lend_folder()
             return packing
         with asked.kept_beside(saved) as all_words:
             return packed(all_words)

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class Cells:
-    """The cells of one species of a packing: ``packing["RBC"]``."""
+    """The cells of one species of a packing: ``packing["RBC"]``; on several ranks those of this rank."""
 
     def __init__(self, packing: CellPacking, name: str) -> None:
         self.packing, self.name = packing, name
 
     def __len__(self) -> int:
-        return len(self.numbers)
+        return len(self._rows)
 
     def __repr__(self) -> str:
         return f"<packmesh.Cells: {len(self)} {self.name}>"
@@ -31,17 +31,32 @@ class Cells:
     @property
     def numbers(self) -> Integers:
         """Numbers of these cells among all of the packing, from 0, shape (n,)."""
+        return self.packing._first_number + self._rows
+
+    @property
+    def _rows(self) -> Integers:
+        """Indices into the arrays of the packing."""
         return np.flatnonzero(self.packing.species == self.packing.index_of(self.name))
+
+    @property
+    def deformed(self) -> bool:
+        """Whether some of them, on any rank, have meshes of their own (collective)."""
+        return self.packing._is_deformed(self.name)
+
+    def _of_all_ranks(self, own: Floats) -> Floats:
+        """The values of these cells, on all ranks that share them."""
+        comm = self.packing._comm
+        return own if comm is None else np.concatenate(comm.allgather(own))
 
     @property
     def positions(self) -> Floats:
         """Centres [µm], shape (n, 3)."""
-        return self.packing.positions[self.numbers]
+        return self.packing.positions[self._rows]
 
     @property
     def rotations(self) -> Floats:
         """Unit quaternions x, y, z, w, shape (n, 4)."""
-        return self.packing.rotations[self.numbers]
+        return self.packing.rotations[self._rows]
 
     @property
     def vertices(self) -> Floats:
@@ -62,6 +77,9 @@ class Cells:
 class CellPacking:
     """Cells of several species, in the order of species: ``packing["RBC"]`` are those of one."""
 
+    _first_number = 0  # of the cells here among those of all ranks
+    _comm: Any = None  # of ranks that share them
+
     if TYPE_CHECKING:  # of those that derive from it
         @property
         def deformed(self) -> bool: ...
@@ -76,6 +94,10 @@ class CellPacking:
         def template(self, name: str) -> Tuple[Floats, Integers]: ...
         def vertices(self, name: str) -> Floats: ...
         def pos_lines(self, name: str) -> Floats: ...
+
+    def _is_deformed(self, name: str) -> bool:
+        """Whether cells of a species have meshes of their own."""
+        return self.deformed
 
     def __len__(self) -> int:
         return len(self.positions)

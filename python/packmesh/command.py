@@ -12,10 +12,11 @@ import os
 import signal
 import sys
 import traceback
+import warnings
 from typing import Any, Callable, List, NoReturn, Optional, Sequence, Tuple
 
 from packmesh import files
-from packmesh.errors import Error, InfeasibleError, InputError, OutputError
+from packmesh.errors import Error, InfeasibleError, InputError, OutputError, RepairWarning
 
 #: Those of the program (README, Exit codes), and `UNUSABLE`: a package or program that the command needs is missing, which the program
 #: knows (hemocell_adapter/output/python_command.cpp).
@@ -77,6 +78,7 @@ def run(work: Callable[[], Any]) -> int:
         if stream is not None and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="packmesh")
     logging.getLogger("packmesh").addHandler(_Warnings(logging.WARNING))
+    warnings.simplefilter("ignore", RepairWarning)  # they are logged, too
     code, message = _ended(work)
     if message:
         with contextlib.suppress(OSError):

@@ -17,7 +17,7 @@ def _module(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise ImportError(f"to_{name}() needs the Python package {name}: pip install packmesh[{name}]") from error
+        raise ImportError(f"to_{name}() needs the Python package {name} (pip install {name})") from error
 
 
 def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -31,7 +31,7 @@ def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray
         points.append(vertices.reshape(-1, 3))
         triangles.append((corners[None] + first + size * np.arange(count)[:, None, None]).reshape(-1, 3))
         species.append(np.full(count * len(corners), index))
-        cells.append(np.repeat(np.flatnonzero(packing.species == index), len(corners)))
+        cells.append(np.repeat(packing[name].numbers, len(corners)))
         first += count * size
     return np.concatenate(points), np.concatenate(triangles), np.concatenate(species), np.concatenate(cells)
 
@@ -55,9 +55,9 @@ def to_trimesh(packing: "CellPacking") -> Any:
     trimesh = _module("trimesh")
     scene = trimesh.Scene()
     placements = matrices(packing)
-    for index, name in enumerate(packing.species_names):
+    for name in packing.species_names:
         vertices, triangles = packing.template(name)
-        numbers = np.flatnonzero(packing.species == index)
+        numbers = packing[name].numbers
         if packing.deformed:
             for number, membrane in zip(numbers, packing.vertices(name)):
                 scene.add_geometry(trimesh.Trimesh(vertices=membrane, faces=triangles, process=False), geom_name=f"{name}_{number}",
@@ -65,7 +65,7 @@ def to_trimesh(packing: "CellPacking") -> Any:
             continue
         mesh = trimesh.Trimesh(vertices=vertices, faces=triangles, process=False)
         for number in numbers:
-            scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number])
+            scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number - packing._first_number])
     return scene
 
 

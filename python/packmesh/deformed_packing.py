@@ -11,6 +11,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _packmesh, convert
+from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError
 from .export import exported, names_of
@@ -20,15 +21,16 @@ from .packing_file import RUN_COMMAND, Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
 from .run_lumen import RunLumen
 from .run_measures import is_red, warned_outside
-from .run_overlaps import overlapping
+from .run_overlaps import overlapping, overlapping_membranes
+from .stored import StateFile
 
 _CELLS_AT_ONCE = 1024
 _AROUND = 1.0  # from cells to the faces of a box around them [µm]
 _log = logging.getLogger("packmesh")
 
 
-@dataclasses.dataclass(frozen=True)
-class DeformedCheck:
+@dataclasses.dataclass(frozen=True, eq=False)
+class DeformedCheck(ByValue):
     """The exact test of deformed cells, numbered over all species, from 0.
 
     overlapping: pairs with a common point, or of which one is inside the other, periodic images included
@@ -55,6 +57,7 @@ class DeformedPacking(CellPacking):
     positions: np.ndarray
     fit_errors: np.ndarray
     deformed = True  #: cells have meshes of their own
+    step: Step  #: None if it was loaded from a state
 
     def __init__(self, step: Step, config: Optional[str]) -> None:
         """Raises InputError if a template is not known or another, or the case is not that of the run"""
@@ -66,10 +69,14 @@ class DeformedPacking(CellPacking):
         self._vertices = {name: step.vertices(name) for name in step.species_names}
         folder = None if config is None else os.path.dirname(os.path.abspath(config))
         self._templates = {name: self._template_of(name, folder) for name in step.species_names}
-        fits = [_fits(self._templates[name][0], self._vertices[name]) for name in step.species_names]
-        self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
+        self._fit()
         if self._lumen is not None and step.fluid is None:
             self._tell_outside(self._lumen)
+
+    def _fit(self) -> None:
+        """The rigid bodies nearest to the cells."""
+        fits = [_fits(self._templates[name][0], vertices) for name, vertices in self._vertices.items()]
+        self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
 
     def __copy__(self) -> DeformedPacking:
         return self
@@ -168,6 +175,14 @@ class DeformedPacking(CellPacking):
         known = np.isfinite(domain.high)
         return np.where(known, domain.low, every.min(axis=0) - _AROUND), np.where(known, domain.high, every.max(axis=0) + _AROUND)
 
+    def _assumed_lumen(self) -> Lumen:
+        """The box that save() writes without a case."""
+        box = self._periodic_box()
+        if box is not None:
+            return Lumen(*box, box[1] - box[0], None, None)
+        every = np.concatenate([cells.reshape(-1, 3) for cells in self._vertices.values()])
+        return Lumen(every.min(axis=0) - _AROUND, every.max(axis=0) + _AROUND, np.zeros(3), None, None)
+
     def _tell_outside(self, lumen: RunLumen) -> None:
         """Warns of cells far out of it."""
         for name, cells in self._vertices.items():
@@ -213,6 +228,47 @@ class DeformedPacking(CellPacking):
         return found
 
 
+class LoadedPacking(DeformedPacking):
+    """The cells of a run that were saved as a state: without the run and its case."""
+
+    step = None  # type: ignore[assignment]
+
+    def __init__(self, name: str) -> None:
+        """Raises InputError"""
+        self._file, self._source = PackingFile(name), StateFile(name)
+        kinds = enumerate(self._file.kinds)
+        self._vertices = {kind.name: self._file.membranes(i, self._file.of(i)) for i, kind in kinds}
+        self._templates = {kind.name: (kind.vertices, kind.triangles) for kind in self._file.kinds}
+        self._fit()
+
+    def __getstate__(self) -> Dict[str, Any]:
+        return vars(self)
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        vars(self).update(state)
+
+    @property
+    def hematocrit(self) -> float:
+        raise InputError(f"{self._file.path}: has no case, to whose lumen a hematocrit refers; packmesh.check(file, case=...) refers to that of a case")
+
+    def check(self) -> DeformedCheck:
+        types = [(vertices, self._templates[name][1]) for name, vertices in self._vertices.items() if len(vertices)]
+        lumen = self._file.lumen
+        return DeformedCheck(overlapping_membranes(types, np.zeros(3) if lumen is None else lumen.period), None)
+
+    def save(self, file: "str | os.PathLike[str]") -> None:
+        self._source.write(os.fspath(file))
+
+    def _tell_lumen(self) -> None:
+        """It is that of the state."""
+
+    def _state_for(self, file: "str | os.PathLike[str]") -> str:
+        return self._source.path
+
+    def cells_file(self) -> PackingFile:
+        return self._file
+
+
 class _StepCells(PackingFile):
     """What exports read."""
 
@@ -224,7 +280,14 @@ class _StepCells(PackingFile):
         self.deformed = np.ones(len(self.species), bool)
         self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
         lumen = packing._lumen
-        self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, None, None)
+        self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, *(lumen.surface or (None, None)))
+
+    def require_lumen(self) -> Lumen:
+        """That of the state that save() writes. Without a case a box, with a warning"""
+        if self.lumen is None:
+            self._packing._tell_lumen()
+            self.lumen = self._packing._assumed_lumen()
+        return self.lumen
 
     def meshes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
         """In the frames of the rigid fits."""

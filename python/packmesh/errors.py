@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """What packmesh raises. The texts are those of the program packMesh."""
+import os
+import sys
+import warnings
 
 
 class Error(Exception):
@@ -28,5 +31,17 @@ class RankError(Error, RuntimeError):
     """A callback on another rank raised an exception, which ended the packing on all ranks. The text names both."""
 
 
+class RepairWarning(UserWarning):
+    """A mesh that was given has been repaired: what is packed, or packed into, is another one."""
+
+
 class InternalError(Error, RuntimeError):
     """An error of packMesh itself (exit code 70). Please report it."""
+
+
+def warn_of_repair(text):
+    """At the line that called the package."""
+    folder, frame, level = os.path.dirname(__file__), sys._getframe(), 1
+    while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == folder:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, RepairWarning, stacklevel=level)

@@ -11,13 +11,13 @@ import pathlib
 import shutil
 import socket
 import tempfile
-import weakref
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _packmesh, convert, files, scene
-from ._settings import Path, address, encoded, file_name, keep_inputs, listed, plain
+from ._settings import Command, Folder, Path, address, encoded, file_name, keep_inputs, listed, plain
+from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError, OutputError
 from .export import exported, names_of
@@ -51,11 +51,12 @@ class Misplaced:
     gap: float
 
 
-@dataclasses.dataclass(frozen=True)
-class Certificate:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Certificate(ByValue):
     """The exact test of all cells, on the numbers that .pos files have.
 
-    Gaps [µm] are measured up to 1 µm; None: there is no smaller one. Cells are numbered over all species, from 0.
+    Gaps [µm] are measured up to `gaps_measured_up_to`, those to the wall up to `wall_gaps_measured_up_to`: 1 µm, or 1.5 times the
+    clearance if that is more. Infinite: there is no smaller one. Cells are numbered over all species, from 0.
     """
 
     clean: bool
@@ -64,8 +65,10 @@ class Certificate:
     overlapping: List[Overlap]
     misplaced: List[Misplaced]
     more_overlaps: bool
-    minimum_gap: Optional[float]
-    minimum_wall_gap: Optional[float]
+    minimum_gap: float
+    minimum_wall_gap: float
+    gaps_measured_up_to: float
+    wall_gaps_measured_up_to: float
     cell_volume: float
 
     @classmethod
@@ -75,8 +78,8 @@ class Certificate:
         return cls(**{**values, **lists})
 
 
-@dataclasses.dataclass(frozen=True)
-class Check:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Check(ByValue):
     """What check() found.
 
     clean: no cells overlap, all are inside the lumen, and HemoCell keeps those that it is to keep
@@ -103,8 +106,8 @@ class Check:
         return self.clean
 
 
-@dataclasses.dataclass(frozen=True)
-class Profile:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Profile(ByValue):
     """Volume fractions in layers.
 
     position: centres of the layers, shape (L,) [µm]; width: their thickness [µm]
@@ -140,7 +143,9 @@ class Packing(CellPacking):
     def __init__(self, held: Any, comm: Any = None) -> None:
         self._held = held
         self._comm = comm  # its MPI_Comm is in use as long as the packing is
-        self._inputs: Optional[pathlib.Path] = None  # folder of the files that the command names, until they are saved
+        self._first_number = 0 if comm is None else comm.exscan(len(held.species)) or 0
+        self._inputs: Optional[Folder] = None  # of the files that the command names
+        self._saved_command: Optional[List[str]] = None
         self._source: Union[StateFile, Stored, None] = None  # what it was read from
 
     def __copy__(self) -> Packing:
@@ -183,7 +188,15 @@ class Packing(CellPacking):
 
     @property
     def command(self) -> List[str]:
-        """The command of the program that packs the same cells."""
+        """The command of the program that packs the same cells.
+
+        Meshes and cells that were given as arrays are in temporary files, for as long as the packing or this list exists; after save()
+        they are those beside the state.
+        """
+        return Command(self._words if self._saved_command is None else self._saved_command, self._inputs)
+
+    @property
+    def _words(self) -> List[str]:
         return [word.decode("utf-8", "surrogateescape") for word in self._held.words]
 
     def template(self, name: str) -> Tuple[Floats, Integers]:
@@ -193,7 +206,11 @@ class Packing(CellPacking):
     @property
     def deformed(self) -> bool:
         """Whether there are cells with meshes of their own (collective)."""
-        return self._held.deformed
+        return any(self._is_deformed(name) for name in self.species_names)
+
+    def _is_deformed(self, name: str) -> bool:
+        """Of the cells of a species (collective)."""
+        return self._held.deformed(self.index_of(name))
 
     def vertices(self, name: str) -> Floats:
         """The vertices of the cells of a species as certified [µm], shape (N, V, 3); not wrapped at periodic faces."""
@@ -229,8 +246,8 @@ class Packing(CellPacking):
         return Check._of(self._held.check())
 
     def columns(self) -> Dict[str, Floats]:
-        """What is measured of each cell, by its name in state files: "gap" to the nearest other membrane [µm, up to 1],
-        "local_hematocrit" around it, shape (N,) (collective)."""
+        """What is measured of each cell, by its name in state files: "gap" to the nearest other membrane [µm], infinite beyond
+        `certificate.gaps_measured_up_to`, "local_hematocrit" around it, shape (N,) (collective)."""
         return self._held.columns()
 
     def report(self) -> Dict[str, Any]:
@@ -254,8 +271,9 @@ class Packing(CellPacking):
         file = file_name("file", file)
         if self._source is not None:
             return self._source.write(file)
-        words = self.command if self._inputs is None else keep_inputs(self.command, self._inputs, file)
+        words = self._words if self._inputs is None else keep_inputs(self._words, self._inputs.path, file)
         self._held.save(encoded(words), file)
+        self._saved_command = words
 
     def _state_for(self, file: Path) -> str:
         """A state with these cells: that from which they were read, or `file`, which is written (collective)."""
@@ -408,13 +426,21 @@ def write_report(names: Sequence[str], report: str, tables: str) -> None:
         outputs.commit()
 
 
-def load(file: Path, *, comm: Any = None) -> Packing:
+def load(file: Path, *, comm: Any = None) -> Union[Packing, Any]:  # not only Packing, but type checkers need not ask which
     """Reads a packing that save() or the program (``--state``) wrote (collective).
 
     Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) rebuilds
     it from the command in the file, which needs the files that it names.
+
+    Of the cells of a run (DeformedPacking.save(), ``packmesh run --state``, the plug-in's savePositions()) it returns a DeformedPacking.
     """
     name = file_name("file", file)
+    if _packmesh.is_of_run(name):
+        from .deformed_packing import LoadedPacking
+
+        if comm is not None and comm.size > 1:
+            raise InputError(f"{name}: has the cells of a run, which ranks do not share; load it without comm")
+        return LoadedPacking(name)
     packing = Packing(_packmesh.load(name, address(comm)), comm)
     packing._source = StateFile(name)
     return packing
@@ -428,5 +454,5 @@ def _unpickled(stored: Stored) -> Packing:
         shutil.rmtree(folder, ignore_errors=True)
         raise
     packing._source = stored
-    weakref.finalize(packing, shutil.rmtree, folder, True)  # its command may name files there
+    packing._inputs = Folder(pathlib.Path(folder))  # its command may name files there
     return packing

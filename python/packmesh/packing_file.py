@@ -15,8 +15,8 @@ from packmesh import hdf5_files
 from packmesh.errors import InputError
 from packmesh.hdf5_files import Damaged, Group
 
-#: The first word of the command of a state with cells of a run.
-RUN_COMMAND = "packmesh.hemocell_output"
+#: The first word of the command of a state with cells of a run; it is followed by what they are: "iteration 5000, ...".
+RUN_COMMAND, PLUGIN_COMMAND = "packmesh.hemocell_output", "savePositions"
 _ROUNDING = 1e-6  # of unit quaternions and scales
 _FARTHEST = 1e9  # coordinate of a cell [µm]
 #: Of tables of cells that are known.
@@ -63,7 +63,7 @@ class PackingFile:
     species: index of each cell's species into `kinds`, shape (N,)
     columns: other numbers of each cell by name ("gap", "local_hematocrit", ...), shape (N,) or (N, k)
     deformed: whether a cell has a mesh of its own, shape (N,); its position and orientation are those of the template in it
-    finished: whether they are cells of a certified packing; of_run: of a run of HemoCell
+    finished: whether they are cells of a certified packing; of_run: of a run of HemoCell, and `origin`: of which iteration
     """
 
     def __init__(self, path: str) -> None:
@@ -106,7 +106,12 @@ class PackingFile:
         if is_packing and (file.text("kind"), file.whole("version")) != ("packMesh packing", 1):
             raise Damaged("of another version")
         self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
-        self.of_run = "command" in file and file.group("command").has_attribute("0") and file.group("command").text("0") == RUN_COMMAND
+        words = ["", ""]
+        if "command" in file:
+            command = file.group("command")
+            words = [command.text(i) if command.has_attribute(i) else "" for i in "01"]
+        self.of_run = words[0] in (RUN_COMMAND, PLUGIN_COMMAND)
+        self.origin = words[1] if self.of_run else ""
         counts = np.bincount(self.species, minlength=len(names))
         self.kinds = []
         for number, name in enumerate(names):

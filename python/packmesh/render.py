@@ -131,7 +131,18 @@ def write_case_files(what, folder):
     packmesh.Case(what).check(vtp=folder)
 
 
-def write_scene(what, shown, target):
+def read_cells(what):
+    """The cells of all species in a state, a folder or a case, and the lumen. Raises InputError"""
+    if what.endswith(".h5"):
+        return scene.read_file(what)
+    if os.path.isdir(what):
+        return scene.read_packing(what)
+    with tempfile.TemporaryDirectory() as folder:
+        write_case_files(what, folder)
+        return scene.read_packing(folder)
+
+
+def write_scene(what, shown, target, color="species"):
     """Of anything but a scene. Raises InputError, OutputError"""
     if what.endswith(".vtp"):
         surface = vtp.read(what)
@@ -139,14 +150,11 @@ def write_scene(what, shown, target):
             scene.write(target, scene.cat_scene(surface, shown))
         except InputError as error:
             raise InputError(f"{what}: {error}") from None
-    elif what.endswith(".h5"):
-        scene.write_of(target, what)
-    elif os.path.isdir(what):
-        scene.write(target, scene.packing_scene(*scene.read_packing(what)))
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            write_case_files(what, folder)
-            scene.write(target, scene.packing_scene(*scene.read_packing(folder)))
+        return
+    species, lumen = read_cells(what)
+    if color == "gap" and species and not scene.has_gaps(species):
+        raise InputError(f"--color gap: {what} has no gaps: its cells are not those of a finished packing")
+    scene.write(target, scene.packing_scene(species, lumen))
 
 
 def picture_of(what):
@@ -231,11 +239,11 @@ def main(arguments=None):
         file = what
         if ending != ".pov":
             file = options.get("scene", os.path.join(work, "cells.pov"))
-            write_scene(what, shown, file)
+            write_scene(what, shown, file, color)
             if "scene" in options:
                 files.say(f"Wrote {file}")
         if not shutil.which("povray"):
-            raise command.UnusableError("povray is not installed (scripts/setup.sh)")
+            raise command.UnusableError("povray is not installed (Debian: povray)")
         render(file, picture, size, [*QUALITIES[quality], *told, *COLOURS[color]], turntable)
         if color == "gap":
             files.say(f"Colours: gap 0 dark violet, {largest_gap(told, file)} µm and more yellow")

@@ -74,6 +74,11 @@ class RunLumen:
         self.period = np.array(self._lumen.period)
         self.flow_axis = int(np.argmax(np.where(self.period > 0, 1e12, 1) * (self.high - self.low)))
 
+    @property
+    def surface(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """Vertices [µm] and triangles of its wall, None without one."""
+        return self._lumen.surface if self.has_wall else None
+
     def require_run(self, step: "Step") -> None:
         """Raises OtherCaseError if the lattice of a step is not that of the case: its spacing and, where the fluid was written, its nodes."""
         if abs(self._dx / step.dx - 1) > _ROUNDING:

@@ -45,6 +45,26 @@ def overlapping(step: Step, names: Sequence[str], progress: Callable[[int], None
     return sorted(found)
 
 
+def overlapping_membranes(types: Sequence[Tuple[np.ndarray, np.ndarray]], period: np.ndarray) -> List[Tuple[int, int]]:
+    """The same of membranes in memory: pairs of their numbers, counted through all types. types: vertices [µm], shape (N, V, 3), and
+    triangles of each; period: [µm], 0 along axes without one"""
+    from packmesh import _packmesh
+
+    if not types:
+        return []
+    low, high = (np.concatenate([extreme(vertices, axis=1) for vertices, _ in types]) for extreme in (np.min, np.max))
+    shifts = np.array(list(itertools.product(*([(0, -p, p) if p > 0 else (0,) for p in period]))), float)
+    reached = [np.all((low + shift <= high.max(axis=0)) & (high + shift >= low.min(axis=0)), axis=1) for shift in shifts]
+    meshes, cells, first = [], [], 0
+    for vertices, triangles in types:
+        some = [np.flatnonzero(near[first:first + len(vertices)]) for near in reached]
+        meshes.append((np.concatenate([vertices[one] + shift for one, shift in zip(some, shifts)]), triangles))
+        cells.append(first + np.concatenate(some))
+        first += len(vertices)
+    number = np.concatenate(cells)
+    return sorted({tuple(sorted((int(number[i]), int(number[j])))) for i, j, _contained in _packmesh.mesh_overlaps(meshes)})
+
+
 class _Entry:
     """A cell or an image of it."""
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Scenes for POV-Ray 3.7 of the .vtp files of packMesh: packings, and the cells of the chordal axis transform."""
 import dataclasses
+import math
 import os
 import tempfile
 
@@ -33,7 +34,7 @@ SETTINGS = """
 #end
 #macro Pigment(I, Axis, Gap, Tint)
   #switch (ColorBy)
-    #case (1) pigment { srgb OnScale(Gap / GapMost) } #break
+    #case (1) pigment { #if (Gap < 0) rgb 0.5 #else srgb OnScale(Gap / GapMost) #end } #break
     #case (2) pigment { srgb Axis.x * Axis.x * AxisColours[0] + Axis.y * Axis.y * AxisColours[1] + Axis.z * Axis.z * AxisColours[2] } #break
     #else pigment { rgb Tint * (0.82 + 0.36 * rand(Chance)) }
   #end
@@ -61,7 +62,7 @@ SETTINGS = """
 
 @dataclasses.dataclass
 class Cells:
-    """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell.
+    """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell, NaN if not known.
 
     own: vertices of the cells that have meshes of their own, in the frame of the template, by number
     """
@@ -124,10 +125,15 @@ def read_packing(folder):
 
 
 def require_rows(path, cells, count, mesh):
-    """Data of cells are numbers, one row for each. Raises InputError"""
+    """Data of cells are numbers, one row for each; gaps can be NaN. Raises InputError"""
+    def is_valid(name, row, size):
+        if size:
+            return len(row) == size and all(abs(x) < 2 for x in row)
+        return abs(row) < vtp.FARTHEST or (name == "gap" and math.isnan(row))
+
     for name, size in (("id", 0), ("species", 0), ("gap", 0), ("orientation", 4)):
         rows = cells.data[name]
-        if len(rows) != count or not all((len(row) == size and all(abs(x) < 2 for x in row)) if size else abs(row) < vtp.FARTHEST for row in rows):
+        if len(rows) != count or not all(is_valid(name, row, size) for row in rows):
             raise InputError(f"{path}: its data '{name}' are not those that packMesh --vtp writes")
     if not mesh.points or not mesh.triangles:
         raise InputError(f"{path}: its mesh beside it is empty")
@@ -139,15 +145,17 @@ def colour_of(one):
 
 
 def most_gap(gaps):
-    """Largest gap of the colour scale [µm]: the 90th percentile, rounded up."""
-    most = sorted(gaps)[9 * len(gaps) // 10] if gaps else 0.0
+    """Largest gap of the colour scale [µm]: the 90th percentile of those that are known, rounded up."""
+    known = [gap for gap in gaps if not math.isnan(gap)]
+    most = sorted(known)[9 * len(known) // 10] if known else 0.0
     return next((rounded for rounded in (0.02, 0.05, 0.1, 0.2, 0.5) if most <= rounded), 1)
 
 
 def species_text(number, one):
     label = "".join(" " if c < " " else c for c in one.name)
     names = [f"{what}{number}" for what in ("At", "X", "Y", "Gap")]
-    values = [list(map(pov.vector, vectors)) for vectors in (one.centres, one.x, one.y)] + [list(map(pov.number, one.gaps))]
+    gaps = [-1 if math.isnan(gap) else gap for gap in one.gaps]  # POV-Ray has no number for unknown ones
+    values = [list(map(pov.vector, vectors)) for vectors in (one.centres, one.x, one.y)] + [list(map(pov.number, gaps))]
     at, x, y, gap = (name + "[I]" for name in names)
     yield (f"\n// {label}: mesh; position, images of x and y, gap of each cell\n#declare Cell{number} =\n"
             + pov.mesh2(one.mesh.points, one.mesh.triangles, -1)
@@ -241,17 +249,27 @@ def take_own(one, packing):
     one.radius = max([one.radius, *(max(map(pov.norm, vertices)) for vertices in one.own.values())])
 
 
-def write_of(path, tables):
-    """Of a packing in a file (packing_file.py). Raises packmesh.errors.InputError, packmesh.errors.OutputError"""
+def has_gaps(species):
+    """Whether those of some cells are known: those of a run or of an unfinished packing are not."""
+    return any(not math.isnan(gap) for one in species for gap in one.gaps)
+
+
+def read_file(file):
+    """The cells of all species in a file (packing_file.py), and the lumen. Raises packmesh.errors.InputError"""
     from packmesh import export, packing_file  # render reads .vtp files without NumPy
 
     with tempfile.TemporaryDirectory() as folder:
-        packing = packing_file.PackingFile(tables)
+        packing = packing_file.PackingFile(file)
         export.write(export.exported(packing, ["vtk"]), folder)
         species, lumen = read_packing(folder)
-        for one in species:
-            take_own(one, packing)
-        write(path, packing_scene(species, lumen))
+    for one in species:
+        take_own(one, packing)
+    return species, lumen
+
+
+def write_of(path, tables):
+    """Of a packing in a file. Raises packmesh.errors.InputError, packmesh.errors.OutputError"""
+    write(path, packing_scene(*read_file(tables)))
 
 
 def write(path, pieces):

@@ -4,8 +4,8 @@
     packmesh view cells.h5 [--report report.json] [--page page.html]
 
 cells.h5 is a state (packMesh --state), or the packing.h5 that packMesh leaves where it could not use this package. The report
-(packMesh --report) is report.json beside it, unless stated. With --page the page is written to this file, otherwise to a
-temporary one, and opened.
+(packMesh --report) is report.json beside it, unless stated. The cells of a run (packmesh run --state) and of an unfinished packing are
+shown without a report. With --page the page is written to this file, otherwise to a temporary one, and opened.
 """
 from __future__ import annotations
 
@@ -109,12 +109,16 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
             if own:
                 species[-1]["own"] = own
     sliced = len(drawn) < len(packing)
+
+    def measured(name: str) -> Optional[str]:
+        values = packing.column(name)[drawn]
+        return None if len(values) and np.isnan(values).all() else packed(values, "<f4")
+
     return {
         "cells": len(packing), "slice": "xyz"[axis] if sliced else None, "species": species,
         "numbers": packed(drawn, "<u4") if sliced else None, "positions": packed(packing.positions[drawn], "<f4"),
         "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"),
-        "gaps": packed(np.nan_to_num(packing.column("gap")[drawn], nan=1.0), "<f4"),
-        "localHematocrits": packed(np.nan_to_num(packing.column("local_hematocrit")[drawn]), "<f4"),
+        "gaps": measured("gap"), "localHematocrits": measured("local_hematocrit"),
         "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
         "overlapping": packing.faults.overlapping,
         "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced]}
@@ -147,20 +151,38 @@ def page_of(report: Any, cells: Any, scripts: Sequence[str] = SCRIPTS, libraries
         scripts=[read(os.path.join(folder, name + ".js")) for name in scripts])
 
 
+def counts_of(packing: PackingFile) -> Dict[str, int]:
+    return {kind.name: int(np.sum(packing.species == index)) for index, kind in enumerate(packing.kinds)}
+
+
 def page_text(packing: PackingFile, report: Any) -> str:
     """The page of a packing with its report. Raises InputError if they are of different packings"""
-    placed = {one["name"]: one["placed"] for one in report["species"]}
-    found = {kind.name: int(np.sum(packing.species == index)) for index, kind in enumerate(packing.kinds)}
+    placed, found = {one["name"]: one["placed"] for one in report["species"]}, counts_of(packing)
     if {name: n for name, n in placed.items() if n} != {name: n for name, n in found.items() if n}:
         raise InputError(f"{packing.path}: the report is of another packing: it has {placed}, the file {found}")
     return page_of(report, view_of(packing, list(placed)))
 
 
-def report_for(file: str, stated: Optional[str]) -> Any:
+def report_of_cells(packing: PackingFile) -> Any:
+    """What the page needs to show cells of which there is no report: those of a run, or of an unfinished packing."""
+    lumen, counts = packing.require_lumen(), counts_of(packing)
+    return {"outcome": "cells", "title": "Cells of a run of HemoCell" if packing.of_run else "Cells of an unfinished packing",
+            "subtitle": f"{packing.path}{', ' if packing.origin else ''}{packing.origin}",
+            "lumen": {"low": lumen.low.tolist(), "high": lumen.high.tolist(), "period": lumen.period.tolist()},
+            "species": [{"name": kind.name, "placed": counts[kind.name], "vertices": len(kind.vertices), "triangles": len(kind.triangles),
+                         "size": np.ptp(kind.vertices, axis=0).tolist()} for kind in packing.kinds],
+            "certificate": {"gapsMeasuredUpTo": 1.0}, "measures": None}
+
+
+def report_for(packing: PackingFile, stated: Optional[str]) -> Any:
     """Raises InputError"""
+    file = packing.path
     beside = os.path.join(os.path.dirname(file), "report.json")
-    if stated or os.path.isfile(beside):
+    has_own = packing.finished and not packing.of_run
+    if stated or (has_own and os.path.isfile(beside)):
         return report_file.read_report(stated or beside)
+    if not has_own:
+        return report_of_cells(packing)
     try:
         import packmesh
         return packmesh.load(file).report()
@@ -180,7 +202,7 @@ def main() -> None:
         import jinja2  # noqa: F401  to know whether it is there
         print(words.page or "")
         return
-    text = page_text(packing, report_for(words.file, words.report))
+    text = page_text(packing, report_for(packing, words.report))
     page = words.page or os.path.join(tempfile.mkdtemp(prefix="packmesh"), "packing.html")
     files.write(page, [text.encode("utf-8", "replace")])
     files.say(f"Wrote {page}")

@@ -71,8 +71,9 @@ std::string textOf(const py::error_already_set& error) {
   }
 }
 
+/// DEBUG, INFO, WARNING, ERROR
 int loggingLevel(log::Kind kind) {
-  return 10 * (int(kind) + 1);  // DEBUG, INFO, WARNING, ERROR
+  return 10 * (int(kind == log::Kind::repair ? log::Kind::warning : kind) + 1);
 }
 
 const char* classOf(ExitCode code) {
@@ -118,7 +119,11 @@ void logToPython() {
   logger.attr("addHandler")(logging.attr("NullHandler")());
   auto held = std::make_shared<py::object>(logger.attr("log"));
   log::setSink([held](log::Kind kind, const std::string& message) {
-    inPython("a handler of the log", [&] { (*held)(loggingLevel(kind), inPythonsWords(message)); });
+    inPython("a handler of the log", [&] {
+      const py::object text = inPythonsWords(message);
+      (*held)(loggingLevel(kind), text);
+      if (kind == log::Kind::repair) py::module_::import("packmesh.errors").attr("warn_of_repair")(text);
+    });
   });
   // At exit, Python ends before the objects of the library.
   py::module_::import("atexit").attr("register")(py::cpp_function([held] {

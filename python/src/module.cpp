@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examined_outputs.h"
@@ -33,6 +35,7 @@
 #include "packMesh/core/poll_scope.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
+#include "packMesh/packing/state_file.h"
 #include "run_analysis.h"
 
 namespace py = pybind11;
@@ -52,11 +55,6 @@ Communicator ranksOf(std::uintptr_t mpi) {
 
 // Numbers for Python.
 
-/// Gaps beyond those measured are infinite; Python gets None.
-py::object gapOf(double gap) {
-  return gap < std::numeric_limits<double>::infinity() ? py::cast(gap) : py::object(py::none());
-}
-
 py::dict certificateOf(const Certificate& certificate) {
   py::list overlapping, misplaced;
   for (const OverlappingPair& pair : certificate.overlapping)
@@ -71,8 +69,10 @@ py::dict certificateOf(const Certificate& certificate) {
   all["overlapping"] = overlapping;
   all["misplaced"] = misplaced;
   all["more_overlaps"] = certificate.moreOverlaps;
-  all["minimum_gap"] = gapOf(certificate.minimumGap);
-  all["minimum_wall_gap"] = gapOf(certificate.minimumWallGap);
+  all["minimum_gap"] = certificate.minimumGap;
+  all["minimum_wall_gap"] = certificate.minimumWallGap;
+  all["gaps_measured_up_to"] = certificate.gapsMeasuredUpTo;
+  all["wall_gaps_measured_up_to"] = certificate.wallGapsMeasuredUpTo;
   all["cell_volume"] = certificate.cellVolume;
   return all;
 }
@@ -120,6 +120,11 @@ PythonPacking load(const fs::path& file, std::uintptr_t mpi, const fs::path& ori
   });
 }
 
+/// Whether a state has the cells of a simulation, and not those of a packing.
+bool isOfRun(const fs::path& file) {
+  return Caller().run([&] { return isOfSimulation(readStateHead(file).command); });
+}
+
 /// With the scene, which a loaded packing has not yet.
 template <class Use>
 auto withScene(PythonPacking& packing, Use&& use) {
@@ -151,7 +156,7 @@ py::dict examined(PythonPacking& packing) {
   const Examination found = withScene(packing, [&](const HeldPacking& held) {
     problem = held.packing.problem;
     tally = held.packing.cells.tally;
-    return examine(*held.packing.problem, held.packing.result.cells);
+    return examine(*held.packing.problem, held.packing.result.cells, held.packing.packed.clearances);
   });
   return examinationOf(*problem, tally, found);
 }
@@ -175,7 +180,7 @@ py::dict check(const Words& words, const std::optional<fs::path>& tables, bool w
           endOfPreparation(completed.request, timer, returnedToPython, caller.hooks().interrupted));
       together(problem->ranks, [&] { *problem = problemToCheck(completed); });
     }
-    for (const std::string& notice : problem->notices) log::warning(notice);
+    logNotices(*problem);
     cells = readCells(*problem);
     const Examination examined = examine(*problem, cells.cells);
     if (tables || withReport)
@@ -257,17 +262,32 @@ py::list countsByName(const PythonPacking& packing) {
   return counts;
 }
 
-/// By name: shape (N,), or (N, k).
+/// By name: shape (N,), or (N, k). Gaps beyond those measured are infinite, as in the certificate.
 py::dict columnsByName(PythonPacking& packing) {
-  const std::vector<CellColumn> columns =
-      withScene(packing, [](const HeldPacking& held) { return columnsOf(held); });
+  double measured = 0.0;
+  std::vector<CellColumn> columns = withScene(packing, [&](const HeldPacking& held) {
+    measured = held.packing.result.certificate.gapsMeasuredUpTo;
+    return columnsOf(held);
+  });
   py::dict all;
-  for (const CellColumn& column : columns) {
+  for (CellColumn& column : columns) {
+    if (column.name == "gap")
+      for (double& gap : column.values)
+        if (gap >= measured) gap = std::numeric_limits<double>::infinity();
     const py::array_t<double> values(static_cast<py::ssize_t>(column.values.size()), column.values.data());
     all[py::str(column.name)] =
         column.width == 1 ? py::object(values) : values.attr("reshape")(-1, column.width);
   }
   return all;
+}
+
+/// Whether there are cells of a species with meshes of their own, on any rank.
+bool hasDeformed(const PythonPacking& packing, int species) {
+  const Held held = packing.held;
+  const std::vector<PlacedCell>& cells = held->packing.result.cells;
+  return held->ranks.any(std::any_of(held->membranes.begin(), held->membranes.end(), [&](const auto& one) {
+    return held->kindOf[cells[one.first].species] == species;
+  }));
 }
 
 /// File names in them need not be UTF-8.
@@ -299,11 +319,7 @@ void addPacking(py::module_& module) {
       .def_property_readonly(
           "complete",
           [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })
-      .def_property_readonly("deformed",
-                             [](const PythonPacking& p) {
-                               const std::shared_ptr<const HeldPacking> held = p.held;
-                               return held->ranks.any(!held->membranes.empty());
-                             })
+      .def("deformed", &hasDeformed)
       .def_property_readonly("positions", &positionsOf)
       .def_property_readonly("rotations", &rotationsOf)
       .def_property_readonly("species", &speciesOf)
@@ -357,6 +373,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("git_hash", &gitHash);
   module.def("pack", &pack);
   module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
+  module.def("is_of_run", &isOfRun);
   module.def("check", &check);
   module.def("forecast", &forecast);
   module.def("count_options", &countOptions);

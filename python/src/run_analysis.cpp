@@ -218,6 +218,8 @@ void addRunAnalysis(py::module_& module) {
       .def_property_readonly("volume", [](const PythonLumen& self) { return self.lumen.container->volume(); })
       .def_property_readonly("description",
                              [](const PythonLumen& self) { return self.lumen.container->describe(); })
+      .def_property_readonly(
+          "surface", [](const PythonLumen& self) { return arraysOf(self.lumen.container->surface()); })
       .def_property_readonly("has_wall", [](const PythonLumen& self) { return self.depth != nullptr; })
       .def("distances", &distancesOf)
       .def("violations", &violationsOf);

@@ -16,7 +16,6 @@ begin() {
   echo "== $*"
   cp -r "$here/../../examples/cluster" "$scratch/$1"
   cd "$scratch/$1"
-  "$here/../../scripts/make_tube.sh" 60 10 > tube.stl
 }
 failed() { echo "failed: $*"; tail -n 30 slurm-*.out "$scratch"/slurm/*.out 2> /dev/null; exit 1; }
 ended() { # job: waits until it has left the queue

@@ -22,7 +22,7 @@ fi
 test -s block.sh || { echo "$page has no sh block"; exit 1; }
 PYTHON=$([[ -x /usr/bin/python3 ]] && echo /usr/bin/python3 || command -v python3)
 export PYTHON PYTHONPATH=$scripts/../python PYTHONDONTWRITEBYTECODE=1
-PATH="$stand_ins:$bin:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
+PATH="$stand_ins:$bin:$PATH" bash -euxo pipefail block.sh | tee output.txt
 
 # What depends on the machine or the build; packings do not.
 masked() {

@@ -8,6 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 import packmesh
+from packmesh.convert import surfaces
 
 comm, folder = MPI.COMM_WORLD, pathlib.Path(sys.argv[1])
 packing = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5, comm=comm)
@@ -26,10 +27,24 @@ loaded = packmesh.load(folder / "cells.h5", comm=comm)
 assert np.array_equal(np.concatenate(comm.allgather(loaded.positions)), np.concatenate(comm.allgather(packing.positions)))
 assert loaded.check().clean and loaded.certificate.clean and loaded.hematocrit == packing.hematocrit
 assert packing.report()["measures"] == packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5).report()["measures"]
+alone = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5)  # on each rank by itself
+for name in packing.species_names:
+    cells = packing[name]
+    assert np.array_equal(alone.positions[cells.numbers], cells.positions) and len(cells) == len(cells.numbers) == len(cells.rotations)
+    assert np.array_equal(np.concatenate(comm.allgather(cells.numbers)), alone[name].numbers)
+    assert np.array_equal(loaded[name].numbers, cells.numbers)
+assert np.array_equal(np.unique(surfaces(packing)[3]), np.arange(len(packing)) + sum(comm.allgather(len(packing))[:comm.rank]))
+for source in (packing["RBC"], {"RBC": packing["RBC"]}, alone["RBC"]):
+    fixed = packmesh.pack(box=(45, 45, 45), species={"PLT": 5}, fixed=source, comm=comm)
+    assert fixed.counts == {"RBC": packing.counts["RBC"], "PLT": 5}, fixed.counts
 columns = packing.columns()
 gaps = np.concatenate(comm.allgather(columns["gap"]))
 assert len(columns["gap"]) == len(packing) and gaps.min() == packing.certificate.minimum_gap
 packmesh.pack(box=(45, 45, 45), hematocrit=0.3, start=packing, comm=comm).write_pos(folder / "start")
+wide = dict(box=(45, 45, 45), species={"RBC": 80}, clearance=1.5)
+here, there = packmesh.pack(comm=comm, **wide), packmesh.pack(**wide)
+assert here.certificate.minimum_gap == there.certificate.minimum_gap == here.check().certificate.minimum_gap < np.inf
+assert np.array_equal(np.concatenate(comm.allgather(here.columns()["gap"])), there.columns()["gap"])
 try:
     packmesh.pack(box=(45, 45, 45), hematocrit=0.9, comm=comm)
 except packmesh.InputError as error:

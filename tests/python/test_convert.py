@@ -64,5 +64,5 @@ def test_pyvista(packing, monkeypatch):
 @pytest.mark.parametrize("name", ["meshio", "trimesh", "pyvista"])
 def test_missing(packing, monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(ImportError, match=rf"needs the Python package {name}: pip install packmesh\[{name}\]"):
+    with pytest.raises(ImportError, match=rf"needs the Python package {name} \(pip install {name}\)"):
         getattr(packing, "to_" + name)()

@@ -15,6 +15,7 @@ import packmesh
 import packmesh._packmesh
 from conftest import SOURCE
 from packmesh.membrane_measures import shapes_of
+from packmesh import vtp
 from packmesh.packing_file import PackingFile
 from write_run import Writer, sphere
 
@@ -134,6 +135,22 @@ def test_state_without_a_case(step, case, caplog):
     np.testing.assert_allclose(lumen.low, -0.25, atol=1e-6)
     step.packing().save(case / "state.h5")
     assert len(caplog.messages) == 1
+
+
+def test_exports_without_a_case(step, case, caplog):
+    """They have the lumen of the state that save() writes, which is told where it is used; with a case its wall."""
+    packing = packmesh.hemocell_output(case / "output")[0].packing()
+    packing.write_pos(case / "meshes", export=["stl", "vtk-meshes"])
+    assert not caplog.messages
+    names = {path.name for path in packing.write_pos(case / "exports", export=["vtk", "csv", "extxyz"])}
+    assert {"RBC.vtp", "lumen.vtp", "cells.csv", "cells.extxyz"} <= names
+    assert [text for text in caplog.messages if "without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text]
+    packing.save(case / "state.h5")
+    packmesh.load(case / "state.h5").write_pos(case / "loaded", export=["vtk", "csv"])
+    assert (case / "loaded/lumen.vtp").read_bytes() == (case / "exports/lumen.vtp").read_bytes()
+    assert (case / "loaded/cells.csv").read_text().splitlines()[:3] == (case / "exports/cells.csv").read_text().splitlines()[:3]
+    step.packing().write_pos(case / "with", export=["vtk"])
+    assert len(vtp.read(case / "with/lumen.vtp").triangles) > 100
 
 
 def test_state_of_a_known_period(case, caplog):

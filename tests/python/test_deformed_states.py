@@ -15,7 +15,7 @@ import pytest
 import packmesh
 import packmesh._packmesh
 from conftest import PROGRAM, SOURCE, write_off
-from packmesh import scene, view
+from packmesh import render, scene, view
 from packmesh.packing_file import PackingFile
 from packmesh.picture import picture_of, points_on
 from write_run import Writer, sphere
@@ -259,12 +259,68 @@ def test_blood(state, program):
 
 
 def test_no_command(state, program):
-    """The state of a run is no packing."""
+    """The state of a run is no packing to continue."""
     case, _ = state
     _, text = program("--restart", case / "flowing.h5", folder="continued", code=2)
     assert "has the cells of a simulation" in text and "--blood" in text
-    with pytest.raises(packmesh.InputError, match="has the cells of a simulation"):
-        packmesh.load(case / "flowing.h5")
+
+
+def test_load(state, tmp_path, caplog):
+    """What was saved of a run is read, tested, exported, pickled and packed, without the run and its case."""
+    case, packing = state
+    file = shutil.move(case / "flowing.h5", tmp_path / "flowing.h5")
+    loaded = packmesh.load(file)
+    assert isinstance(loaded, packmesh.DeformedPacking) and loaded.counts == packing.counts and loaded.step is None
+    for one in (loaded, pickle.loads(pickle.dumps(loaded))):
+        for name in ("RBC", "PLT"):
+            np.testing.assert_allclose(one.vertices(name), packing.vertices(name), rtol=0, atol=1e-9)
+            np.testing.assert_allclose(one.pos_lines(name), packing.pos_lines(name), rtol=0, atol=1e-6)
+        assert one.check() == packmesh.DeformedCheck([], None) == packmesh.check(file)
+    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"])][:2] == ["RBC.pos", "PLT.pos"]
+    assert "# period: 30 0 0\n" in (tmp_path / "pos/cells.csv").read_text() and not caplog.messages
+    assert packmesh.pack(cylinder=("x", 9, 30), ends="periodic", fixed=loaded, best_effort=True).deformed
+    assert packmesh.pack(cylinder=("x", 9, 60), ends="periodic", blood=loaded).counts["RBC"] == 18
+    with pytest.raises(packmesh.InputError, match=r"flowing.h5: has no case, .* packmesh.check\(file, case=...\)"):
+        print(loaded.hematocrit)
+    with pytest.raises(packmesh.InputError, match="the packing was loaded from .*flowing.h5: copy that file"):
+        loaded.save(tmp_path / "other.h5")
+
+
+def test_loaded_cells_that_overlap(case):
+    """Across a periodic face, too, and inside one another."""
+    step = write_run(case, [(0.5, 9.75, 9.75), (27.0, 9.75, 9.75), (15, 9.75, 7)])
+    packing = step.packing()
+    packing.save(case / "flowing.h5")
+    assert packing.check().overlapping == packmesh.load(case / "flowing.h5").check().overlapping == [(0, 1), (2, 4)]
+
+
+def test_pictures_and_pages_of_a_run(state, monkeypatch):
+    """Of states as `packmesh run --state` writes them: there are no gaps and no report."""
+    case, packing = state
+    monkeypatch.chdir(case)
+    render.main(["flowing.h5", "cells.png", "60", "40", "--quality", "draft", "--scene", "cells.pov"])
+    text = (case / "cells.pov").read_text()
+    assert (case / "cells.png").stat().st_size > 100 and "nan" not in text and text.count("#declare Own =") == 9 + 2
+    with pytest.raises(packmesh.InputError, match="--color gap: flowing.h5 has no gaps"):
+        render.main(["flowing.h5", "gaps.png", "--color", "gap"])
+    packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).write_report(case / "report.json")  # of another packing
+    monkeypatch.setattr("sys.argv", ["packmesh view", "flowing.h5", "--page", "page.html"])
+    view.main()
+    report = json.loads(re.search(r'id="report">(.*?)</script>', (case / "page.html").read_text())[1])
+    assert report["title"] == "Cells of a run of HemoCell" and report["subtitle"] == "flowing.h5, iteration 1000, cells as they were"
+    assert [one["placed"] for one in report["species"]] == [9, 2]
+    checked(case, "flowing.h5")
+
+
+def test_cells_of_a_species(state, tmp_path):
+    """Those of a step, of a state and of a packing stay."""
+    case, packing = state
+    lumen = dict(case=case / "config.xml", ends="periodic", species={"PLT": 3})
+    packed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=packing, best_effort=True)
+    for cells in (packing["RBC"], packmesh.load(case / "flowing.h5")["RBC"], packed["RBC"]):
+        found = packmesh.pack(fixed=cells, **lumen)
+        assert found.counts == {"RBC": 9, "PLT": 3} and cells.deformed and not found["PLT"].deformed
+        np.testing.assert_allclose(found.vertices("RBC"), packing.vertices("RBC"), rtol=0, atol=1e-9)
 
 
 def test_refusals(state, program):
@@ -299,7 +355,7 @@ def test_runs_are_their_last_steps(state, caplog):
     assert fixed.counts == cells.counts
     np.testing.assert_allclose(fixed.vertices("RBC"), cells.vertices("RBC"), rtol=0, atol=1e-9)
     assert not [text for text in caplog.messages if "without the case" in text]  # the lumen is that of the packing
-    with pytest.raises(packmesh.InputError, match="start: expected files, .* a Packing, a run or a step of one, found a list with 3"):
+    with pytest.raises(packmesh.InputError, match="start: expected files, .* a Packing or its cells of a species, a run or a step of one, found a list with 3"):
         packmesh.pack(case=case / "config.xml", start=[3])
     caplog.clear()
     packmesh.pack(blood=run, cylinder=("x", 9, 60), ends="periodic")

@@ -2,13 +2,15 @@
 """Errors are exceptions with the texts of the program, except for what becomes of the cells, and for names of arguments."""
 import os
 import pathlib
+import warnings
 
 import numpy as np
 import pytest
-from conftest import write_off
+from conftest import TUBE_CASE, write_off
 
 import packmesh
 from packmesh import Box, Mesh, Region, Species, _wording
+from write_run import sphere
 
 CASES = {
     "hematocrit": (dict(box=(20, 20, 20), hematocrit=2), "20 20 20 --hematocrit 2", packmesh.InputError, 1),
@@ -330,3 +332,31 @@ def test_whatever_fails_on_the_first_rank_fails_on_all():
         packing._on_first_rank(lambda: (_ for _ in ()).throw(PermissionError("no")))
     assert isinstance(packing._comm.sent[1], PermissionError)  # what the others wait for, and raise
     packing._comm = None
+
+
+def test_repairs_are_warnings(tmp_path, tube, caplog):
+    """At the line that called, also where a bound method or a class did so; they can be errors."""
+    vertices, triangles = sphere()
+    inverted = vertices, np.array(triangles)[:, ::-1]
+    split = np.array(triangles)
+    split[tuple(np.argwhere(split == 0)[0])] = len(vertices)
+    twice = np.concatenate([vertices, vertices[:1]]), split
+    arguments = dict(box=(40, 40, 40), species={"RBC": 2})
+    calls = {"a mesh: merged 1 duplicate vertex": lambda: packmesh.pack(**{**arguments, "species": {"Bead": Species(count=2, mesh=twice)}}),
+             "mesh_1.off: flipped 1 surface": lambda: packmesh.pack(**{**arguments, "species": {"Bead": Species(count=2, mesh=inverted)}}),
+             "mesh_1.off: capped 2 flat openings": lambda: packmesh.pack(vessel=(tube[0], tube[1][:-48]), species={"RBC": 2}),
+             "mesh_1.off: flipped 1 ": lambda: packmesh.forecast(obstacles=Mesh(inverted, offset=(20, 20, 20)), **arguments),
+             "mesh_1.off: flipped": lambda: packmesh.pack(box=(40, 40, 40), hematocrit=0.05,
+                                                          regions=Region(0, Mesh(inverted, scale=5, offset=(20, 20, 20))))}
+    for text, call in calls.items():
+        caplog.clear()
+        with pytest.warns(packmesh.RepairWarning, match=text) as found:
+            call()
+        assert [one.filename for one in found] == [__file__] * len(found)
+        assert text.startswith("a mesh") or [one.levelname for one in caplog.records if text in one.message] == ["WARNING"]
+    (tmp_path / "config.xml").write_text(TUBE_CASE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=(vertices, triangles))})
+        with pytest.raises(packmesh.RepairWarning, match="flipped 1 surface"):
+            packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=inverted)})

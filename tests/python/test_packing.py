@@ -96,8 +96,29 @@ def test_columns_are_those_of_states(packing, tmp_path):
     stored = PackingFile(str(tmp_path / "cells.h5")).columns
     loaded = packmesh.load(tmp_path / "cells.h5").columns()
     for name, values in columns.items():
-        np.testing.assert_array_equal(values, stored[name])
+        np.testing.assert_array_equal(np.where(np.isinf(values), 1, values), stored[name])
         np.testing.assert_array_equal(values, loaded[name])
+
+
+def test_gaps_are_measured_beyond_the_clearance(tmp_path):
+    """Those that are required and those that were optimised; larger ones are infinite."""
+    wide = dict(box=(25, 25, 25), species={"RBC": 14})
+    for clearance in (1.5, "max"):
+        packing = packmesh.pack(clearance=clearance, max_iterations=100, **wide)
+        certificate, gaps = packing.certificate, packing.columns()["gap"]
+        assert 1.5 <= certificate.minimum_gap < certificate.gaps_measured_up_to < 30 and gaps.min() == certificate.minimum_gap
+        assert packing.check().certificate.minimum_gap == certificate.minimum_gap
+        report = packing.report()
+        assert report["certificate"]["gapsMeasuredUpTo"] == certificate.gaps_measured_up_to
+        (found,) = report["measures"]["gaps"]
+        assert sum(found["counts"]) + found["beyond"] == 14 and found["minimum"] == certificate.minimum_gap
+        assert found["beyond"] == np.isinf(gaps).sum()
+    packmesh.pack(clearance=1.5, **wide).write_report(tmp_path / "report.html")
+    walls = packmesh.pack(cylinder=("x", 10, 30), species={"RBC": 4}, wall_clearance=2).certificate
+    assert 2 <= walls.minimum_wall_gap < walls.wall_gaps_measured_up_to == 3 and walls.gaps_measured_up_to == 1
+    far = packmesh.pack(box=(80, 20, 20), fixed={"RBC": [(20, 10, 10, 0, 0, 0), (60, 10, 10, 0, 0, 0)]})
+    assert far.certificate.minimum_gap == np.inf and np.isinf(far.columns()["gap"]).all()
+    assert far.report()["certificate"]["minimumGap"] is None
 
 
 def test_profile_over_the_distance_to_the_wall():

@@ -70,7 +70,8 @@ def test_boxes_are_drawn_by_their_edges_and_walls_by_their_faces_too():
         assert text.count("cylinder {") == 12 and text.count("mesh2 {") == meshes  # not the diagonals of triangles
 
 
-@pytest.mark.parametrize("gaps, most", [([], 0.02), ([0.01, 0.3], 0.5), ([0.01] * 9 + [0.9], 1), ([0.01] * 99 + [0.9], 0.02)])
+@pytest.mark.parametrize("gaps, most", [([], 0.02), ([0.01, 0.3], 0.5), ([0.01] * 9 + [0.9], 1), ([0.01] * 99 + [0.9], 0.02),
+                                        ([0.3] + [float("nan")] * 99, 0.5), ([float("nan")], 0.02)])
 def test_scale_of_gaps(gaps, most):
     assert scene.most_gap(gaps) == most
 

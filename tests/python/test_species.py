@@ -3,9 +3,12 @@
 import base64
 import copy
 import dataclasses
+import gc
 import io
 import multiprocessing
+import os
 import pickle
+import re
 import shutil
 import sys
 import types
@@ -211,3 +214,57 @@ def test_what_progress_tells():
     assert told[0].remaining is None and told[0].share is None  # it has just begun
     half = packmesh.Progress("relaxation", 3, 1.0, 0.1, 5, 6.0, 2.0, "text")
     assert half.share == 0.75
+
+
+def test_arguments_and_results_are_compared_by_value():
+    vertices, triangles = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+    def arguments(vertices=vertices, size=np.array([10, 10, 10])):
+        mesh = packmesh.Mesh((vertices, triangles), offset=size)
+        return [packmesh.Species(mesh=(vertices, triangles), axis=np.array([0, 0, 1])), mesh, packmesh.Box(size), packmesh.Sphere(3, center=size),
+                packmesh.Cylinder(3, 4, center=size), packmesh.Region(0.2, mesh)]
+
+    others = arguments(2 * vertices, [1, 2, 3])
+    for one, same, listed, other in zip(arguments(), arguments(), arguments(vertices.tolist(), (10, 10, 10)), others):
+        assert one == same == listed and hash(one) == hash(same) == hash(listed)
+        assert one != other and one != 3 and len({one, same, other}) == 2
+    assert packmesh.Sphere(3) != packmesh.Box(3)
+    profiles = [packmesh.pack(cylinder=("x", 6, 12), species={"RBC": 2}).profiles()["wall"] for _ in range(2)]
+    assert profiles[0] == profiles[1] and len(set(profiles)) == 1
+    assert hash(packmesh.pack(box=(20, 20, 20), species={"RBC": 2}).certificate)
+
+
+@pytest.mark.parametrize("option", ["fixed", "start"])
+def test_cells_of_a_species_are_arguments(packing, option):
+    alone = packmesh.pack(box=(20, 20, 20), species={"PLT": 4}, **{option: packing["RBC"]})
+    lines = packmesh.pack(box=(20, 20, 20), species={"PLT": 4}, **{option: {"RBC": packing.pos_lines("RBC")}})
+    named = packmesh.pack(box=(20, 20, 20), species={"PLT": 4}, **{option: {"RBC": packing["RBC"]}})
+    assert alone.counts == {"RBC": packing.counts["RBC"], "PLT": 4} and not packing["RBC"].deformed
+    np.testing.assert_array_equal(alone.positions, lines.positions)
+    np.testing.assert_array_equal(alone.positions, named.positions)
+
+
+def test_files_of_a_command(packing, tmp_path, tube):
+    """They exist as long as the command does, or are those that were saved."""
+    def files_of(command):
+        return [word for word in re.findall(r"/[^\s\"=]+[.](?:off|pos|txt)", " ".join(command))]
+
+    command = packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2}, start={"RBC": [(20, 12, 12, 0, 0, 0)]}).command
+    gc.collect()
+    files = files_of(command)
+    assert len(files) == 2 and all(os.path.exists(file) for file in files)
+    again = pickle.loads(pickle.dumps(packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2})))
+    command, copied = again.command, pickle.loads(pickle.dumps(again.command))
+    assert copied == command and type(copied) is list
+    del again
+    gc.collect()
+    assert files_of(command) and all(os.path.exists(file) for file in files_of(command))
+    del command
+    gc.collect()
+    assert not os.path.exists(files_of(copied)[0])
+    saved = packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2})
+    saved.save(tmp_path / "cells.h5")
+    assert files_of(saved.command) == [str(tmp_path / "cells_inputs/mesh_1.off")]
+    saved.save(tmp_path / "more.h5")
+    assert files_of(saved.command) == [str(tmp_path / "more_inputs/mesh_1.off")]
+    assert packmesh.load(tmp_path / "more.h5").certificate.clean

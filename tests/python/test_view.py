@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """What the page of a report draws (tests/views/check_report.py opens it in a browser)."""
 import base64
-import dataclasses
 import json
 import re
+import shutil
 
+import h5py
 import numpy as np
 import packmesh
 import pytest
@@ -88,9 +89,18 @@ def test_text_ends_no_element():
     assert "<" not in view.embedded({"a": "</script><!--"})
 
 
-def test_the_state_of_an_unfinished_run_is_drawn(state):
-    packing = PackingFile(str(state[1]))
-    packing.columns["gap"][:] = np.nan
-    found = view.view_of(packing, [kind.name for kind in packing.kinds])
-    assert np.all(np.frombuffer(base64.b64decode(found["gaps"]), "<f4") == 1)
-    assert dataclasses.is_dataclass(packing.kinds[0])
+def test_the_state_of_an_unfinished_run_is_drawn(state, monkeypatch):
+    """Without a report, and without gaps, which are not known."""
+    for folder in (state[1].parent, state[1].parent / "other"):
+        folder.mkdir(exist_ok=True)
+        file = folder / "unfinished.h5"
+        shutil.copy(state[1], file)
+        with h5py.File(file, "r+") as data:
+            data["cells/gap"][...] = data["cells/local_hematocrit"][...] = np.nan
+        monkeypatch.setattr("sys.argv", ["packmesh view", str(file), "--page", str(folder / "page.html")])
+        view.main()
+        html = (folder / "page.html").read_text()
+        report, cells = data_of(html, "report"), data_of(html, "cells")
+        assert report["outcome"] == "cells" and report["title"] == "Cells of an unfinished packing"
+        assert {one["name"]: one["placed"] for one in report["species"]} == state[0].counts
+        assert cells["gaps"] is None and cells["localHematocrits"] is None and cells["cells"] == len(state[0])

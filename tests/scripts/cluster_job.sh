@@ -9,9 +9,6 @@ rm -rf "$scratch"
 mkdir -p "$scratch"
 cp -r "$examples/cluster" "$scratch/interrupted"
 cp -r "$examples/cluster" "$scratch/whole"
-for run in interrupted whole; do
-  "$here/../../scripts/make_tube.sh" 60 10 > "$scratch/$run/tube.stl"
-done
 PATH="$here/../examples/stand_ins:$bin:$PATH"
 cd "$scratch/interrupted"
 sbatch job.sh
@@ -19,7 +16,6 @@ grep -q "job 1 continues from state.h5" slurm-1.out
 grep -qF "to continue: packMesh --restart" slurm-1.out
 test ! -e state.h5
 cp -r "$examples/cluster" "$scratch/series"
-cp "$scratch/whole/tube.stl" "$scratch/series"
 cd "$scratch/series"
 sed -i 's|<packing>|<packing> <realisations> 2 </realisations>|' config.xml
 sbatch job.sh
@@ -36,7 +32,6 @@ cmp RBC.pos "$scratch/series/realisation_1/RBC.pos"
 
 # SIGTERM to srun itself loses the work, as with Slurm: a job must not send it.
 cp -r "$examples/cluster" "$scratch/killed"
-cp "$scratch/whole/tube.stl" "$scratch/killed"
 cd "$scratch/killed"
 export SLURM_STAND_IN=$PWD SLURM_JOB_ID=1
 # (A packing that takes a minute at least: it still runs when it is killed, however slowly this script proceeds.)

@@ -9,7 +9,7 @@ mkdir -p "$scratch"
 cp -r "$examples/pipe" "$scratch/pipe"
 cd "$scratch/pipe"
 sed -i 's|</hemocell>|<parameters><warmup> 10 </warmup></parameters><sim><tmax> 100000 </tmax><tmeas> 1000 </tmeas></sim></hemocell>|' config.xml
-export PACKMESH=$packmesh HEMOCELL_RUN=""
+export PACKMESH=$scripts/.. PACKMESH_PROGRAM=$packmesh HEMOCELL_RUN=""
 
 # expect <exit code> <text> <arguments>: the exit code, and a line that holds the text
 expect() {

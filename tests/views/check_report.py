@@ -177,6 +177,26 @@ def check_deformed():
     assert np.all(wider > gaps) and (picture[:, 0] > 1.5 * picture[:, 1]).sum() < 0.9 * (expected[:, 0] > 1.5 * expected[:, 1]).sum()
 
 
+def check_without_report():
+    """Cells whose gaps are not known, with what the page is given in place of a report."""
+    run("20 20 20 --rbc 12 --plt 3 --state cells.h5".split())
+    packing = PackingFile("cells.h5")
+    for name in ("gap", "local_hematocrit"):
+        packing.columns[name][:] = np.nan
+    packing.finished = False
+    with open("cells.html", "w", encoding="utf-8") as file:
+        file.write(view.page_text(packing, view.report_for(packing, None)))
+    with Page("cells.html") as page:
+        assert page.run("return Object.keys(packMesh.view.modes)") == ["species", "orientation"]
+        page.run("packMesh.view.select(12)")
+        text = page.text("main")
+        for words in ("Cells of an unfinished packing", "There is no report of these cells", "Cell 13", "PLT"):
+            assert words in text, text
+        assert "gap to nearest" not in text and not page.driver.find_elements(By.CSS_SELECTOR, "#plots section")
+        assert page.colors()[0] > 1000
+        page.save("cells")
+
+
 def check_sections():
     """A plane through a cell shows its section evenly coloured, with an outline, and nothing of the inner side of others."""
     with Page("row.html") as page:
@@ -323,6 +343,7 @@ def main():
             check_clicks(webgl)
         check_sections()
         check_deformed()
+        check_without_report()
         check_many()
         check_bad_files()
         check_markup()

@@ -42,17 +42,20 @@ function colorModes() {
       keys: report.species.map((one, s) => [one.name, colorOf(one.name, s)]).filter((_, s) => stored.species[s].cells > 0),
     },
   };
-  const gap = mostGap();
-  modes.gap = { name: "gap to the nearest cell", color: (i) => onScale(cells.gaps[i] / gap),
-    ends: ["0", gap < 1 ? "≥ " + gap + " µm" : "≥ 1 µm"] };
+  if (cells.gaps) {
+    const gap = mostGap();
+    modes.gap = { name: "gap to the nearest cell", color: (i) => onScale(cells.gaps[i] / gap), ends: ["0", "≥ " + gap + " µm"] };
+  }
   const alongAxes = Object.values(axisColors).map(rgbOf);
   modes.orientation = { name: "orientation of the axis",
     color: (i) => cells.axis(i).reduce((sum, c, k) => sum.map((value, j) => value + c * c * alongAxes[k][j]), [0, 0, 0]),
     keys: Object.entries(axisColors).map(([axis, color]) => ["axis along " + axis, color]) };
-  const values = sorted(cells.localHematocrits), at = (share) => values[Math.round(share * (values.length - 1))] || 0;
-  const least = at(0.02), most = Math.max(at(0.98), least + 1e-3);
-  modes.hematocrit = { name: "local hematocrit", color: (i) => onScale((cells.localHematocrits[i] - least) / (most - least)),
-    ends: [least.toFixed(3), most.toFixed(3)] };
+  if (cells.localHematocrits) {
+    const values = sorted(cells.localHematocrits), at = (share) => values[Math.round(share * (values.length - 1))] || 0;
+    const least = at(0.02), most = Math.max(at(0.98), least + 1e-3);
+    modes.hematocrit = { name: "local hematocrit", color: (i) => onScale((cells.localHematocrits[i] - least) / (most - least)),
+      ends: [least.toFixed(3), most.toFixed(3)] };
+  }
   if (faults.size)
     modes.faults = { name: "violations", color: (i) => (faults.has(cells.number(i)) ? [220, 30, 30] : [200, 206, 214]),
       keys: [["overlaps, or not inside", "#dc1e1e"], ["others", "#c8ced6"]] };

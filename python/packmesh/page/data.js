@@ -30,8 +30,8 @@ const cells = (() => {
     own: stored.species.map(({ own }) => own && { ...own, rows: new Int32Array(bytesOf(own.rows)), vertices: shortsOf(own.vertices) }),
     positions: floatsOf(stored.positions),
     orientations: floatsOf(stored.orientations),
-    gaps: floatsOf(stored.gaps),
-    localHematocrits: floatsOf(stored.localHematocrits),
+    gaps: stored.gaps && floatsOf(stored.gaps),  // null: not known
+    localHematocrits: stored.localHematocrits && floatsOf(stored.localHematocrits),
     first: counts.map((_, s) => counts.slice(0, s).reduce((sum, count) => sum + count, 0)),
     /** Vertices of a cell in the frame of its template. */
     verticesOf(i) {

@@ -10,8 +10,8 @@ function showCell(view) {
   if (species.file) add("in file", species.file + ", line " + cells.line(i));
   add("position [µm]", cells.position(i).map((x) => x.toFixed(3)).join(", "));
   add("symmetry axis", cells.axis(i).map((x) => x.toFixed(3)).join(", "));
-  add("gap to nearest", cells.gaps[i] >= most ? "more than " + most + " µm" : shown(cells.gaps[i], 4) + " µm");
-  add("local hematocrit", cells.localHematocrits[i].toFixed(3));
+  if (cells.gaps) add("gap to nearest", cells.gaps[i] >= most ? "more than " + most + " µm" : shown(cells.gaps[i], 4) + " µm");
+  if (cells.localHematocrits) add("local hematocrit", cells.localHematocrits[i].toFixed(3));
   const close = element("button", { type: "button", onclick: () => view.select(-1) }, "Deselect");
   box.append(element("h2", {}, "Cell " + cells.number(i) + " "), list);
   for (const text of faults.get(cells.number(i)) || []) box.append(element("p", { class: "fault" }, text));

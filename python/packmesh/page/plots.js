@@ -232,4 +232,4 @@ function addPlot(plot) {
   return chart;
 }
 
-const showPlots = () => plotsOf(report.measures).map(addPlot);
+const showPlots = () => (report.measures ? plotsOf(report.measures).map(addPlot) : []);

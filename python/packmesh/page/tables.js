@@ -18,7 +18,7 @@ const checked = report.outcome === "checked";
 /** Cells that are not inside have no gap to the wall. */
 function wallGapText(certificate) {
   return certificate.minimumWallGap === 0 ? "none, cells are not inside"
-    : gapText(certificate.minimumWallGap, certificate.gapsMeasuredUpTo);
+    : gapText(certificate.minimumWallGap, certificate.wallGapsMeasuredUpTo || certificate.gapsMeasuredUpTo);
 }
 
 function counted(n, one, many) {
@@ -143,7 +143,7 @@ function showCertificate() {
 
 function showOrder() {
   addCard("Gaps and orientation",
-    tableOf(["cell", "#smallest gap [µm]", "#median [µm]", "#mean [µm]", "#farther than 1 µm", "#order S",
+    tableOf(["cell", "#smallest gap [µm]", "#median [µm]", "#mean [µm]", "#farther than " + shown(report.certificate.gapsMeasuredUpTo) + " µm", "#order S",
       "#eigenvalues of the order tensor", "#director"],
     report.measures.gaps.map((gaps, s) => {
       const order = report.measures.orientation[s];
@@ -183,7 +183,18 @@ function showCommand() {
   addCard("To reproduce", ...parts);
 }
 
+/** Of cells of which there is no report. */
+function showCells() {
+  document.getElementById("title").textContent = document.title = report.title;
+  document.getElementById("subtitle").textContent = report.subtitle;
+  addCard("Cells", tableOf(["cell", "#number", "#vertices"],
+    report.species.map((one) => [shown(one.name), shown(one.placed), shown(one.vertices)])),
+    noteOf("There is no report of these cells: gaps and certificate are not known. packMesh check config.xml --start <file> --report " +
+      "report.json examines them in the lumen of a case."));
+}
+
 function showTables() {
+  if (report.outcome === "cells") return showCells();
   showHead();
   showRealisation();
   showTiles();

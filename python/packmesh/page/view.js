@@ -64,7 +64,7 @@ class View {
 
   /** Points relative to the middle; a view of all of them shows the lumen, and cells of files outside it. */
   outlineOf() {
-    const points = report.outcome === "checked" ? this.cornersOfCells() : [];
+    const points = ["checked", "cells"].includes(report.outcome) ? this.cornersOfCells() : [];
     if (!stored.lumen) {
       for (let corner = 0; corner < 8; ++corner)
         points.push([0, 1, 2].map((k) => (corner & (1 << k) ? 0.5 : -0.5) * this.size[k]));

@@ -16,13 +16,15 @@ TEST_CASE("Messages go to a sink instead of being printed, unless silent", "[log
   log::info("b\x1b[31m");
   log::warning("c");
   log::error("d");
+  log::repair("f");
   log::setLevel(log::Level::silent);
   log::error("e");
   log::setLevel(before);
   log::setSink({});
-  REQUIRE(told.size() == 4);
+  REQUIRE(told.size() == 5);
   CHECK(told[0] == std::pair(log::Kind::detail, std::string("a")));
   CHECK(told[1].second.find('\x1b') == std::string::npos);
   CHECK(told[2].first == log::Kind::warning);
   CHECK(told[3] == std::pair(log::Kind::error, std::string("d")));
+  CHECK(told[4].first == log::Kind::repair);
 }

@@ -315,6 +315,39 @@ TEST_CASE("Counts and volumes are right for scaled cells and for no cells", "[ce
   REQUIRE(certify(packing.input(), 0.2).minimumGap == infinite);
 }
 
+TEST_CASE("Gaps are measured beyond those that are required", "[certificate]") {
+  Physics physics;
+  physics.container = std::make_shared<PeriodicSpace>(Vec3::Constant(100.0));
+  physics.species = {{"ball", ball(1.0), 2}};
+  const std::vector<PlacedCell> cells = {{0, {Mat3::Identity(), Vec3(10, 10, 10)}},
+                                         {0, {Mat3::Identity(), Vec3(13.6, 10, 10)}}};
+  const HalfSpace wall;
+  const auto certificate = [&](double clearance, double wallClearance, double extra) {
+    physics.clearance = clearance;
+    physics.wallClearance = wallClearance;
+    physics.species[0].freedom.extraWallClearance = extra;
+    CertificateInput input = certificateInputOf(physics, cells);
+    input.walls = {&wall};
+    return certify(input);
+  };
+  const Certificate usual = certificate(0.0, 0.0, 0.0);
+  CHECK(usual.minimumGap == infinite);
+  CHECK(usual.minimumWallGap == infinite);
+  CHECK(usual.gapsMeasuredUpTo == gapOfInterest);
+  const Certificate wide = certificate(1.5, 0.0, 0.0);
+  CHECK(wide.clean());
+  CHECK(wide.minimumGap == Approx(1.6).margin(1e-3));
+  CHECK(wide.gapsMeasuredUpTo == 2.25);
+  CHECK(wide.minimumWallGap == infinite);
+  for (const double extra : {0.0, 3.0}) {
+    const Certificate away = certificate(0.0, 8.0 - extra, extra);
+    CHECK(away.clean());
+    CHECK(away.minimumWallGap == Approx(9.0).margin(1e-2));
+    CHECK(away.wallGapsMeasuredUpTo == 12.0);
+    CHECK(away.minimumGap == infinite);
+  }
+}
+
 TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined are rejected",
           "[certificate]") {
   Packing packing;
@@ -357,7 +390,8 @@ TEST_CASE("A limited search lists all pairs below its limit, otherwise a few, an
   const auto limited = [&](std::int64_t most) {
     input.threads = Threads(4);
     LimitedSearch search{OverlapSearch(std::int64_t(cells.size()), most)};
-    return Certifier(input, 2.0, &search).certificate();
+    input.largestGap = 2.0;
+    return Certifier(input, &search).certificate();
   };
   const Certificate whole = limited(pairs + 1);
   CHECK(std::int64_t(whole.overlapping.size()) == pairs);
@@ -395,7 +429,8 @@ TEST_CASE("The smallest gap of a limited search is that of all pairs", "[certifi
   input.requiredGap = 1.5;
   const auto limited = [&] {
     LimitedSearch search{OverlapSearch(std::int64_t(cells.size()), 10)};
-    return Certifier(input, 2.0, &search).certificate();
+    input.largestGap = 2.0;
+    return Certifier(input, &search).certificate();
   };
   cells.back().placement.translation.x() -= 0.5;  // a pair that is not listed is the nearest
   const Certificate near = limited();

@@ -132,8 +132,9 @@ TEST_CASE("An updated certificate equals, field by field, a new one", "[certific
       const double requiredGap = seed % 3 == 2 ? 0.1 : 0.0, requiredWallGap = seed % 2 ? 0.3 : 0.0;
       const double interest = seed % 4 == 3 ? 0.1 : 1.0;
       Crowd crowd(100 * seed + c, lattice ? 64 : seed < 4 ? 6 : 12, containers[c], lattice);
-      const CertificateInput input = crowd.input(requiredGap, requiredWallGap);
-      Certifier certifier(input, interest);
+      CertificateInput input = crowd.input(requiredGap, requiredWallGap);
+      input.largestGap = input.largestWallGap = interest;
+      Certifier certifier(input);
       requireSame(certifier.certificate(), certify(input, interest));
       for (int round = 0; round < 20; ++round, ++rounds) {
         const double before = certifier.certificate().minimumGap;
@@ -170,7 +171,8 @@ TEST_CASE("Cells not reported as changed are not examined again", "[certificate]
   CertificateInput input;
   input.shapes = {ball.get()};
   input.cells = &cells;
-  Certifier certifier(input, 2.0);
+  input.largestGap = 2.0;
+  Certifier certifier(input);
   REQUIRE(certifier.certificate().clean());
   cells[0].placement.translation.x() = 2.5;  // meets cell 1, in secret
   cells[4].placement.translation.x() += 0.25;
