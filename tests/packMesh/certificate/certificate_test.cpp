@@ -318,7 +318,7 @@ TEST_CASE("Counts and volumes are right for scaled cells and for no cells", "[ce
 TEST_CASE("Gaps are measured beyond those that are required", "[certificate]") {
   Physics physics;
   physics.container = std::make_shared<PeriodicSpace>(Vec3::Constant(100.0));
-  physics.species = {{"ball", ball(1.0), 2}};
+  physics.species = {{"ball", ball(1.0), 2, nullptr}};
   const std::vector<PlacedCell> cells = {{0, {Mat3::Identity(), Vec3(10, 10, 10)}},
                                          {0, {Mat3::Identity(), Vec3(13.6, 10, 10)}}};
   const HalfSpace wall;
