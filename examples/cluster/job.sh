@@ -9,8 +9,8 @@
 #SBATCH --open-mode=append
 set -u
 
-# The state of the run; with realisations, the newest one.
-last_state() { ls -t state.h5 realisation_*/state.h5 2> /dev/null | head -n 1; }
+# The checkpoint of the run; with realisations, the newest one, or the state of the one that has just ended.
+last_state() { ls -t {,realisation_*/}state.checkpoint.h5 realisation_*/state.h5 2> /dev/null | head -n 1; }
 
 state=$(last_state)
 if [[ -n $state ]]; then
@@ -22,7 +22,7 @@ status=$?
 
 interrupted=130  # exit code of packMesh: SIGTERM made it save its state and end
 if [[ $status -eq 0 ]]; then
-  rm -f {,realisation_*/}state.h5
+  rm -f realisation_*/state.h5  # a job that is submitted again begins anew
 elif [[ $status -eq $interrupted && -n $(last_state) ]]; then
   echo "The time limit is near: job $SLURM_JOB_ID continues from $(last_state)"
   scontrol requeue "$SLURM_JOB_ID"

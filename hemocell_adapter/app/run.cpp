@@ -5,6 +5,7 @@
 
 #include <numeric>
 #include <optional>
+#include <stdexcept>
 
 #include "hemocell_adapter/app/realisations.h"
 #include "hemocell_adapter/app/run_lock.h"
@@ -15,6 +16,7 @@
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/session/session.h"
@@ -50,17 +52,58 @@ void warnOfDropped(const Packing& packing) {
       problem.request.packCellsConventions ? "--keep-all (or the name packMesh)" : "--ends closed"));
 }
 
+/// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
+void rescue(const Packing& packing, const ResultState& state) {
+  const fs::path file = checkpointOf(*packing.problem->request.output.stateFile);
+  if (savedAlone(*packing.problem, file, state))
+    log::warning(fmt::format(
+        "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
+        file.string()));
+}
+
+/// Writes the cells with the state of the packing, if one is requested; if they do not fit together, the
+/// cells alone, unless only the state has them all.
+/// @param stateWritten false: the state is missing
+std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
+  const Problem& problem = *packing.problem;
+  const auto write = [&](const std::optional<ResultState>& state) {
+    return writeCellFiles(problem, problem.request.output, packing.result, packing.cells.tally.counts, state);
+  };
+  const std::optional<ResultState> state = resultStateOf(packing);
+  stateWritten = true;
+  try {
+    return write(state);
+  } catch (const std::runtime_error&) {
+    const Failure failure = failureOfException();
+    if (!state || failure.code != ExitCode::cannotWrite) throw;
+    stateWritten = false;
+    if (!problem.membranes.empty()) {
+      rescue(packing, *state);
+      throw;
+    }
+    log::warning(failure.message);
+  }
+  try {
+    return write({});
+  } catch (const std::runtime_error&) {
+    rescue(packing, *state);
+    throw;
+  }
+}
+
 /// Writes the cells and everything else that is requested, and prints the summary.
-void write(const Packing& packing) {
+/// @return false if the state is missing
+bool write(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const OutputRequest& output = problem.request.output;
-  const std::vector<fs::path> files =
-      writeCellFiles(problem, output, packing.result, packing.cells.tally.counts);
+  bool stateWritten = false;
+  const std::vector<fs::path> files = writeCells(packing, stateWritten);
   logSummary(packing);
   if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(problem, output);
   writeViews(finishedOf(packing, output), packing.times);
+  return stateWritten;
 }
 
 bool writes(const Request& request) {
@@ -103,26 +146,24 @@ void tellForecast(const Problem& problem) {
 /// Packs and writes.
 RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& problem) {
   pollInterruption();
-  const std::optional<fs::path>& stateFile = problem->request.output.stateFile;
+  const Request& request = problem->request;
+  const std::optional<fs::path>& stateFile = request.output.stateFile;
   std::optional<Packing> packing;
   try {
     packing = session.pack(problem);
   } catch (const AgreedFailure& failure) {
     log::error(failure.what());
+    if (failure.code() == ExitCode::outOfReach && session.stateSaved())
+      log::info(fmt::format("To continue with higher limits: packMesh --restart {} --max-time SECONDS",
+                            checkpointOf(*stateFile).string()));
     return {failure.code(), {}};
   }
-  try {
-    write(*packing);
-  } catch (...) {
-    if (session.stateSaved())
-      log::warning(fmt::format(
-          "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
-          stateFile->string()));
-    throw;
+  if (!write(*packing)) {
+    log::error(fmt::format("{}: the state could not be saved", stateFile->string()));
+    return {ExitCode::cannotWrite, figuresOf(*packing)};
   }
-  if (!stateFile || session.stateSaved()) return {ExitCode::ok, figuresOf(*packing)};
-  log::error(fmt::format("{}: the state could not be saved", stateFile->string()));
-  return {ExitCode::cannotWrite, figuresOf(*packing)};
+  if (stateFile) onFirstRank(problem->ranks, [&] { removeCheckpoint(request, session.stateSavedOnce()); });
+  return {ExitCode::ok, figuresOf(*packing)};
 }
 
 RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {

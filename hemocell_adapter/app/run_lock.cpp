@@ -19,6 +19,7 @@
 #include "hemocell_adapter/base/held_signals.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/problem/checkpoints.h"
 #include "packMesh/core/temporary_name.h"
 
 namespace packmesh::hemocell {
@@ -124,7 +125,8 @@ RunLock RunLock::ofFile(const fs::path& file) {
   std::error_code ignored;
   for (const auto& entry :
        fs::directory_iterator(file.has_parent_path() ? file.parent_path() : fs::path("."), ignored))
-    if (isTemporaryOf(entry.path(), file, "new")) fs::remove(entry.path(), ignored);
+    if (isTemporaryOf(entry.path(), file, "new") || isTemporaryOf(entry.path(), checkpointOf(file), "new"))
+      fs::remove(entry.path(), ignored);
   return lock;
 }
 

@@ -4,34 +4,42 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "packMesh/core/input_file.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether cells of a species have meshes of their own.
-bool hasMembranes(const Problem& problem, int species) {
-  return std::any_of(problem.membranes.begin(), problem.membranes.end(),
-                     [&](const Membrane& one) { return one.species == species; });
-}
-
 class CellFiles {
  public:
   CellFiles(const Problem& problem, const OutputRequest& output, const PackingResult& result,
-            const std::vector<std::int64_t>& counts)
-      : problem_(problem), output_(output), result_(result), counts_(counts), shared_(problem.ranks) {}
+            const std::vector<std::int64_t>& counts, const std::optional<ResultState>& state)
+      : problem_(problem),
+        output_(output),
+        result_(result),
+        counts_(counts),
+        state_(state),
+        shared_(problem.ranks) {}
 
   std::vector<fs::path> operator()() {
     write(output_.folder, Vec3::Zero());
     for (const OtherLattice& other : problem_.lumen.others)
       if (!other.shift.isZero()) write(output_.folder / fmt::format("dx_{:.15g}", other.dx), other.shift);
+    onFirstRank(problem_.ranks, [&] { putOldAside(); });
+    if (state_) addState();
     shared_.commit();
+    for (const auto& [file, now] : aside_)
+      log::warning(fmt::format("{} is of an earlier packing: renamed to {}", file.string(), now.string()));
     return paths_;
   }
 
@@ -40,7 +48,11 @@ class CellFiles {
   void write(const fs::path& folder, const Vec3& shift) {
     shared_.makeFolder(folder);
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-      if (problem_.species[s].mostCells() == 0) continue;
+      const fs::path file = folder / (problem_.species[s].name + ".pos");
+      if (problem_.species[s].mostCells() == 0) {
+        old_.insert(file);
+        continue;
+      }
       if (hasMembranes(problem_, int(s))) {
         log::info(fmt::format(
             "{0}.pos is not written: it cannot have cells with meshes of their own{1}",
@@ -49,14 +61,38 @@ class CellFiles {
                 ? fmt::format("; {0} has them (in the case: packmesh::loadParticles(hemocell, \"{0}\"))",
                               output_.stateFile->string())
                 : ""));
+        old_.insert(file);
         continue;
       }
-      paths_.push_back(folder / (problem_.species[s].name + ".pos"));
+      paths_.push_back(file);
       shared_.begin(paths_.back());
       shared_.append([&] { return formatPosHead(counts_[s]); });
       shared_.appendParts(posLines(int(s), shift));
       shared_.end();
+      if (state_ && isBeside(paths_.back(), *output_.stateFile))
+        written_[paths_.back().filename().string()] = shared_.hash();
     }
+  }
+
+  /// Files of the packing before this one that are not replaced.
+  void putOldAside() {
+    if (output_.stateFile && isThere(*output_.stateFile)) {
+      for (const std::string& name : filesOfState(*output_.stateFile).same)
+        old_.insert(output_.folder / name);
+      if (!state_) old_.insert(*output_.stateFile);
+    }
+    for (const fs::path& file : old_) {
+      const bool replaced = std::find(paths_.begin(), paths_.end(), file) != paths_.end();
+      if (replaced || !isThere(file) || (file.extension() == ".pos" && !hasCells(file))) continue;
+      const fs::path now = file.string() + ".old";
+      shared_.putAside(file, now);
+      aside_.emplace_back(file, now);
+    }
+  }
+
+  void addState() {
+    shared_.makeFolder(output_.stateFile->parent_path());
+    shared_.take(*preparedResult(problem_, *output_.stateFile, *state_, written_));
   }
 
   /// This rank's lines, in any number of pieces.
@@ -85,15 +121,25 @@ class CellFiles {
   const OutputRequest& output_;
   const PackingResult& result_;
   const std::vector<std::int64_t>& counts_;
+  const std::optional<ResultState>& state_;
   std::vector<fs::path> paths_;
+  FilesOfState written_;                              ///< those in the folder of the state
+  std::set<fs::path> old_;                            ///< may be of an earlier packing
+  std::vector<std::pair<fs::path, fs::path>> aside_;  ///< files and their new names, on the first rank
   SharedFiles shared_;
 };
 
 }  // namespace
 
+bool hasMembranes(const Problem& problem, int species) {
+  return std::any_of(problem.membranes.begin(), problem.membranes.end(),
+                     [&](const Membrane& one) { return one.species == species; });
+}
+
 std::vector<fs::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
-                                     const PackingResult& result, const std::vector<std::int64_t>& counts) {
-  return CellFiles(problem, output, result, counts)();
+                                     const PackingResult& result, const std::vector<std::int64_t>& counts,
+                                     const std::optional<ResultState>& state) {
+  return CellFiles(problem, output, result, counts, state)();
 }
 
 }  // namespace packmesh::hemocell

@@ -19,6 +19,7 @@
 #include "hemocell_adapter/output/packing_tables.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/problem/checkpoints.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/input_record.h"
@@ -50,7 +51,8 @@ PackingMeasures packingMeasuresOf(const Finished& done, const CellMeasures& meas
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
 /// species whose cells are all fixed and are written as they stand there.
 bool replacesItself(const Problem& problem, const OutputRequest& output, const fs::path& file) {
-  if (problem.request.restart && output.stateFile == file)
+  if (problem.request.restart && output.stateFile &&
+      (file == *output.stateFile || file == checkpointOf(*output.stateFile)))
     return fs::equivalent(file, *problem.request.restart);
   const Box bounds = problem.lumen.container->bounds();
   const Vec3 period = problem.lumen.container->period();
@@ -118,6 +120,7 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
   for (const fs::path& converted : convertedFiles(problem, output, counts)) files.push_back(converted);
   for (const fs::path& file : files) requireReplaceable(file);
   if (output.stateFile) files.push_back(*output.stateFile);
+  if (output.stateFile && savesCheckpoints(problem.request)) files.push_back(checkpointOf(*output.stateFile));
   std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;

@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "packMesh/io/file_hash.h"
 
 namespace packmesh::hemocell {
 
@@ -53,6 +54,14 @@ void SharedFiles::end() {
     files_.skipTo(size_);
     files_.end();
   });
+}
+
+void SharedFiles::take(AtomicFiles& others) {
+  onFirstRank(ranks_, [&] { files_.take(others); });
+}
+
+std::string SharedFiles::hash() {
+  return ranks_.broadcast(ranks_.rank() == 0 ? fileHash(files_.temporary()) : std::string(), 0);
 }
 
 void SharedFiles::commit() {

@@ -30,6 +30,13 @@ class SharedFiles {
   void appendParts(const std::vector<std::string>& own);
   void appendParts(std::string own);
   void end();
+  /// See AtomicFiles. The first rank decides.
+  void putAside(const std::filesystem::path& file, const std::filesystem::path& as) {
+    files_.putAside(file, as);
+  }
+  void take(AtomicFiles& others);
+  /// Of the file ended last (fileHash()).
+  std::string hash();
   void commit();
 
  private:

@@ -12,21 +12,24 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_words.h"
+#include "hemocell_adapter/problem/checkpoints.h"
+#include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/state_file.h"
+#include "packMesh/packing/write_together.h"
 
 namespace packmesh::hemocell {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// What it took to get there.
 std::string effortOf(const PackingState& state) {
   return state.growth.iterations > 0 ? fmt::format("{} iterations", state.growth.iterations)
                                      : fmt::format("{} sweeps", state.relaxation.sweeps);
 }
-
-namespace fs = std::filesystem;
 
 /// The case of a run that continues: in the working directory or, if that is the folder of a realisation, in
 /// its parent folder.
@@ -46,10 +49,32 @@ void findCase(CommandLine& commandLine) {
                   commandLine.configFile->string(), state.string()));
 }
 
+/// @throws InputError if there is no such file, but a checkpoint of the run that was to write it
+void requireNoOtherName(const std::optional<fs::path>& restart) {
+  if (restart && !isThere(*restart) && isThere(checkpointOf(*restart)))
+    throw InputError(fmt::format("{}: no such file; the run has not ended, and is continued from {}",
+                                 restart->string(), checkpointOf(*restart).string()));
+}
+
+/// @throws OutputError if a file is there that is no state of packMesh and not that from which the run
+/// continues
+void requireReplaceableState(const Request& request, const fs::path& file) {
+  try {
+    requireReplaceable(file);
+    std::error_code ignored;
+    const bool continued = request.restart && fs::equivalent(file, *request.restart, ignored);
+    if (!continued && isThere(file)) readStateHead(file);
+  } catch (const Error& error) {
+    throw OutputError(
+        fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
+  }
+}
+
 }  // namespace
 
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
   CommandLine commandLine = parseCommandLine(program, arguments);
+  requireNoOtherName(commandLine.options().restart);
   if (!commandLine.restartAlone) return commandLine;
   const Request options = commandLine.options();
   std::vector<std::string> words = wordsNow(readStateHead(*options.restart).command, *options.restart);
@@ -66,49 +91,77 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
 }
 
 void requireReplaceableState(const Request& request) {
-  const std::filesystem::path& file = *request.output.stateFile;
+  const fs::path& file = *request.output.stateFile;
   requireWritable(file.parent_path());
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
       throw OutputError(
           fmt::format("{}: {} files are used for cells; the state needs another name", file.string(), kind));
-  try {
-    requireReplaceable(file);
-    std::error_code ignored;
-    const bool continued = request.restart && std::filesystem::equivalent(file, *request.restart, ignored);
-    if (!continued && isThere(file)) readStateHead(file);
-  } catch (const Error& error) {
+  if (isCheckpoint(file))
     throw OutputError(
-        fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
-  }
+        fmt::format("{}: is the name of a checkpoint; the state of the result needs another one, such as {}",
+                    file.string(), resultOf(file).string()));
+  requireReplaceableState(request, file);
+  if (savesCheckpoints(request)) requireReplaceableState(request, checkpointOf(file));
 }
 
 Checkpoints StateFiles::checkpoints() {
   Checkpoints checkpoints;
-  checkpoints.due = [this] {
-    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
-    return checkpointAsked() ||
-           (request_.output.checkpointEvery > 0.0 && since.count() >= request_.output.checkpointEvery);
-  };
+  if (savesCheckpoints(request_))
+    checkpoints.due = [this] {
+      const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
+      return checkpointAsked() ||
+             (request_.output.checkpointEvery > 0.0 && since.count() >= request_.output.checkpointEvery);
+    };
   checkpoints.save = [this](const PackingState& state) { save(state); };
   checkpoints.endsWithFewer = request_.bestEffort;
   return checkpoints;
 }
 
 void StateFiles::save(const PackingState& state) {
+  if (isFinished(state, problem_.execution.communicator)) {
+    end_ = state;
+    return;
+  }
+  if (!savesCheckpoints(request_)) return;
+  const fs::path file = checkpointOf(*request_.output.stateFile);
   saved_ = false;
   try {
-    writeState(*request_.output.stateFile, problem_, storedWords(request_.words, *request_.output.stateFile),
-               state);
-    saved_ = true;
+    writeState(file, problem_, storedWords(request_.words, file), state);
+    saved_ = savedAny_ = true;
   } catch (const OutputError& error) {
     log::warning(error.what());
   }
-  if (*saved_)
-    log::detail(
-        fmt::format("Saved the state after {} in {}", effortOf(state), request_.output.stateFile->string()));
+  if (*saved_) log::detail(fmt::format("Saved the state after {} in {}", effortOf(state), file.string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();
+}
+
+std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const fs::path& file,
+                                            const ResultState& result, const FilesOfState& together) {
+  return preparedState(file, packingProblemOf(problem, result.packed),
+                       storedWords(problem.request.words, file), result.state, together);
+}
+
+bool savedAlone(const Problem& problem, const fs::path& file, const ResultState& result) {
+  try {
+    const std::unique_ptr<AtomicFiles> files = preparedResult(problem, file, result, {});
+    writeTogether(problem.ranks, [&] { files->commit(); });
+    return true;
+  } catch (const OutputError& error) {
+    log::warning(error.what());
+    return false;
+  }
+}
+
+void removeCheckpoint(const Request& request, bool own) {
+  const fs::path file = checkpointOf(*request.output.stateFile);
+  if (!isThere(file)) return;
+  std::error_code ignored;
+  if (own || (request.restart && fs::equivalent(file, *request.restart, ignored)))
+    fs::remove(file, ignored);
+  else
+    log::info(fmt::format("{} is the checkpoint of another run, and stays", file.string()));
 }
 
 PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem) {

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file State files: written at intervals, on a signal and at the end; read by a restart.
+/// @file State files: checkpoints, written at intervals, on a signal and when a run fails, and read by a
+/// restart; the state of the result, which replaces an older one together with the cells of the run.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "hemocell_adapter/problem/problem.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
 
@@ -17,11 +23,11 @@ namespace packmesh::hemocell {
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 
-/// Tests before hours of packing. @throws OutputError if its folder is not writable, or the state file exists
-/// and is not a state that may be replaced, or has the name of another output
+/// Tests before hours of packing. @throws OutputError if its folder is not writable, or the state file (or
+/// its checkpoint) exists and is not a state that may be replaced, or has the name of another output
 void requireReplaceableState(const Request& request);
 
-/// Writes the state of a run to the state file.
+/// Saves the checkpoints of a run, and keeps the state of its result.
 class StateFiles {
  public:
   /// References both, which must outlive it.
@@ -30,8 +36,12 @@ class StateFiles {
   StateFiles& operator=(const StateFiles&) = delete;
 
   Checkpoints checkpoints();
-  /// Whether the last state has been written; empty if none was due.
+  /// Whether the last checkpoint has been written; empty if none was due.
   std::optional<bool> saved() const { return saved_; }
+  /// Whether one has been written.
+  bool savedAny() const { return savedAny_; }
+  /// The state of the result; empty if there is none.
+  std::optional<PackingState>& end() { return end_; }
 
  private:
   void save(const PackingState& state);
@@ -39,8 +49,29 @@ class StateFiles {
   const Request& request_;
   const PackingProblem& problem_;
   std::optional<bool> saved_;
+  bool savedAny_ = false;
+  std::optional<PackingState> end_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+/// The state of a result and the parts that were packed. References both.
+struct ResultState {
+  const PackedParts& packed;
+  const PackingState& state;
+};
+
+/// The state file of a result, to be committed together with the cells (preparedState()). All ranks call.
+/// @throws OutputError on all ranks
+std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const std::filesystem::path& file,
+                                            const ResultState& result, const FilesOfState& together);
+
+/// Writes the state of a result of which no cells are written. All ranks call. @return false, with a warning,
+/// if that fails
+bool savedAlone(const Problem& problem, const std::filesystem::path& file, const ResultState& result);
+
+/// Removes the checkpoint of a run that has ended with a result. One rank calls.
+/// @param own whether the run has saved one
+void removeCheckpoint(const Request& request, bool own);
 
 /// The state from which a run continues. All ranks call.
 /// @throws InputError on all ranks

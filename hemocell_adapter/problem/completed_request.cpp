@@ -10,6 +10,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/choose_species.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
@@ -46,7 +47,7 @@ void chooseOutputs(Request& request, const Case* simulation) {
   OutputRequest& output = request.output;
   if (output.folder.empty()) output.folder = simulation ? simulation->folder : std::filesystem::path(".");
   if (!output.stateFile && (output.checkpointEvery > 0.0 || request.restart))
-    output.stateFile = request.restart ? *request.restart : output.folder / "state.h5";
+    output.stateFile = request.restart ? resultOf(*request.restart) : output.folder / "state.h5";
 }
 
 /// A box from the command line is packed with cells that HemoCell keeps; under the name packCells it is

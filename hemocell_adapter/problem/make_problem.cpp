@@ -301,9 +301,11 @@ std::vector<BoxedCell> boxedCells(const Problem& problem, const PackingResult& r
 /// The species of a larger box with their cells, which are all there.
 std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<BoxedCell>& cells) {
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
-  for (SpeciesPlan& species : plans) {
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    SpeciesPlan& species = plans[s];
     species.fixed.clear();
     species.start.clear();
+    species.ownTriangles = problem.species[s].shape->mesh().triangles;
     species.blood = {};
     species.fixedFrom.clear();
     species.startFrom = "the box that is repeated";
@@ -332,6 +334,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   CompletedRequest big{problem.request, problem.simulation, {}, {}};
   big.request.tiles = {1, 1, 1};
   big.request.regions.clear();
+  big.request.inColumns = false;  // they are there
   big.request.profile.reset();
   big.request.dischargeHematocrit.reset();
   big.request.hematocrit.reset();

@@ -267,8 +267,9 @@ CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
     one.name = name;
     const bool own = one.meshFile || one.ellipsoidAxes;
     const bool known =
-        own || (simulation ? isThere(simulation->folder / (name + ".xml"))
-                           : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
+        own || (!simulation           ? defaultModel(name).has_value() || defaultEllipsoid(name).has_value()
+                : simulation->running ? simulation->running->cell(name) != nullptr
+                                      : isThere(simulation->folder / (name + ".xml")));
     if (known) {
       found.plans.push_back(planOf(one, request, simulation, warnings));
     } else {

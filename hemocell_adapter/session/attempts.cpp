@@ -113,7 +113,9 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   begun_ = true;
   PackingResult result = packmesh::pack(packing);
   if (frames && hooks_.convertsGrowth) frames->convert();
-  saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves the state of the last one
+  saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves that of the last one
+  savedAny_ = savedAny_ || states.savedAny();
+  if (states.end()) end_ = std::move(states.end());
   if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
     log::detail(fmt::format(
         "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
@@ -134,7 +136,7 @@ Attempts::Found Attempts::withRoom(const Timer& timer) {
     warnOfNoRoom(levels, packing, problem_);
   }
   // Not the clearances of the last attempt: that may have failed after one that succeeded.
-  return {std::move(packing.result), partsWith(packing.clearances)};
+  return {std::move(packing.result), partsWith(packing.clearances), std::move(end_)};
 }
 
 std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {

@@ -34,6 +34,7 @@ class Attempts {
   struct Found {
     PackingResult result;  ///< whose species are the parts
     PackedParts packed;
+    std::optional<PackingState> state;  ///< of the result, if one is wanted
   };
   /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
   /// clearances unless interrupted. @param timer since packing began
@@ -42,8 +43,9 @@ class Attempts {
   /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);
 
-  /// Whether the state of the last attempt has been written.
+  /// Whether the last checkpoint has been written; whether there is one of this run.
   bool saved() const { return saved_; }
+  bool savedAny() const { return savedAny_; }
 
  private:
   const PackedParts& partsWith(const Clearances& clearances);
@@ -52,8 +54,9 @@ class Attempts {
   const Problem& problem_;
   ProgressLog progress_;
   Hooks hooks_;
-  PackedParts last_;  ///< of the last attempt
-  bool begun_ = false, saved_ = false;
+  PackedParts last_;                 ///< of the last attempt
+  std::optional<PackingState> end_;  ///< of the last attempt that had a result
+  bool begun_ = false, saved_ = false, savedAny_ = false;
 };
 
 }  // namespace packmesh::hemocell

@@ -11,6 +11,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/output/files_of_state.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/shared_cells.h"
 #include "packMesh/packing/id_shares.h"
@@ -112,6 +113,8 @@ FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
 FoundCells readCells(const Problem& problem) {
   const Communicator& ranks = problem.ranks;
   FoundCells found;
+  if (problem.request.startStates.empty() && ranks.rank() == 0)
+    for (const std::string& warning : warningsOfTwoRuns(problem.request.output.folder)) log::warning(warning);
   std::vector<ReadCell> read;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];

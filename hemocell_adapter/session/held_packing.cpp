@@ -91,6 +91,12 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
   held.ranks = ranks;
   held.words = problem->request.words;
   held.packing = session.pack(problem);
+  if (const auto state = resultStateOf(held.packing)) {
+    const Request& request = problem->request;
+    if (savedAlone(*held.packing.problem, *request.output.stateFile, *state))
+      onFirstRank(ranks, [&] { removeCheckpoint(request, session.stateSavedOnce()); });
+    held.packing.state.reset();
+  }
   for (std::size_t s = 0; s < held.packing.problem->species.size(); ++s) {
     const CellSpecies& species = held.packing.problem->species[s];
     held.kinds.push_back({species.name, species.shape->mesh(), held.packing.cells.tally.counts[s]});

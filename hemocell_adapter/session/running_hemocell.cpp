@@ -10,8 +10,10 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_record.h"
@@ -78,9 +80,14 @@ Filling filled(const CompletedRequest& completed, Session& session, const Commun
   for (const std::string& line : headLines(*problem)) log::info(line);
   const Packing packing = session.pack(problem);
   logSummary(packing);
+  const std::optional<ResultState> state = resultStateOf(packing);
   if (withFiles)
-    for (const auto& file : writeCellFiles(*problem, output, packing.result, packing.cells.tally.counts))
+    for (const auto& file :
+         writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts, state))
       log::info(fmt::format("Wrote {}", file.string()));
+  else if (state)
+    savedAlone(*packing.problem, *output.stateFile, *state);
+  if (state) onFirstRank(ranks, [&] { removeCheckpoint(completed.request, session.stateSavedOnce()); });
   writeViews(finishedOf(packing, output), packing.times);
   return numbered(packing);
 }
@@ -137,6 +144,48 @@ StateTypes typesOf(const StateCells& state, const RunningSystem& running, const 
   return result;
 }
 
+/// @throws InputError if cells have meshes of their own with other triangles
+void requireTriangles(const StateCells& state, const std::vector<std::int32_t>& types,
+                      const RunningSystem& running, const std::string& file) {
+  for (const Cell& cell : state.cells)
+    if (!cell.vertices.empty() &&
+        state.species[cell.species].mesh.triangles != running.cells[types[cell.species]].mesh.triangles)
+      throw InputError(fmt::format(
+          "{}: its cells '{}' have meshes of their own whose triangles are not those of HemoCell's", file,
+          state.species[cell.species].name));
+}
+
+/// A request that leaves cells where they are as far as they do not overlap.
+CompletedRequest withoutClearance(CompletedRequest completed) {
+  completed.request.clearance = completed.request.wallClearance = 0.0;
+  return completed;
+}
+
+/// Whether the cells are those of a finished packing in this lumen, so that no two of them overlap.
+bool isCertifiedIn(const Container& lumen, const StateCells& state) {
+  const Box bounds = lumen.bounds();
+  return state.certified && state.period == lumen.period() && state.box.lo == bounds.lo &&
+         state.box.hi == bounds.hi;
+}
+
+/// Pairs of the cells of a state that overlap in the running system, at least; the exact test. All ranks
+/// call.
+/// @param asked what asks for these cells and nothing else, from the state on
+std::int64_t overlapsOf(const CompletedRequest& asked, const Communicator& ranks) {
+  std::optional<Problem> problem;
+  together(ranks, [&] { problem = problemToCheck(asked, ranks); });
+  return examine(*problem, readCells(*problem).cells).overlaps;
+}
+
+/// Warns of .pos files that HemoCell's own loader would read instead of the state, and that are of another
+/// run.
+void warnOfOtherFiles(const std::filesystem::path& state) {
+  const std::vector<std::string> other = filesOfState(state).other;
+  if (!other.empty())
+    log::warning(fmt::format("{}: {} beside it {} not written together with it, and not loaded",
+                             state.string(), fmt::join(other, " and "), other.size() == 1 ? "was" : "were"));
+}
+
 /// Cells of which HemoCell would delete a rigid one; of cells of a run, which may come nearer to the wall,
 /// those with their centres outside. @throws InputError
 void requireKept(const Problem& problem, const StateCells& state, const std::vector<Placement>& placements,
@@ -179,36 +228,44 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   std::vector<std::int64_t> counts(running.cells.size(), 0);
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
   const bool deformed = areDeformed(state, ranks);
-  together(ranks, [&] {
-    for (const Cell& cell : state.cells)
-      if (!cell.vertices.empty() &&
-          state.species[cell.species].mesh.triangles != running.cells[types[cell.species]].mesh.triangles)
-        throw InputError(fmt::format(
-            "{}: its cells '{}' have meshes of their own whose triangles are not those of HemoCell's",
-            file.string(), state.species[cell.species].name));
-  });
-  if (!deformed && (!state.certified || !found.other.empty())) {
-    const std::string reason =
-        state.certified
-            ? fmt::format("HemoCell builds another template of '{}', as at another lattice spacing",
-                          found.other)
-            : fmt::format("the cells are not those of a finished packing ({})",
-                          fmt::join(state.command, " "));
-    log::info(fmt::format("{}: {}; packing starts from them", file.string(), reason));
-    const InputRecord inputs;
-    Session session(addedToHemocell, {}, ranks);
+  together(ranks, [&] { requireTriangles(state, types, running, file.string()); });
+  if (ranks.rank() == 0) warnOfOtherFiles(file);
+  const InputRecord inputs;
+  const auto requested = [&](const std::filesystem::path& start) {
     CompletedRequest completed;
-    together(ranks, [&] { completed = requestToPack({}, withCounts(simulation, counts, file)); });
+    together(ranks, [&] { completed = requestToPack({}, withCounts(simulation, counts, start)); });
+    return completed;
+  };
+  const auto packedFrom = [&](const std::string& reason, const CompletedRequest& completed) {
+    log::info(fmt::format("{}: {}; packing starts from them", file.string(), reason));
+    Session session(addedToHemocell, {}, ranks);
     return filled(completed, session, ranks);
-  }
+  };
+  if (!deformed && !found.other.empty())
+    return packedFrom(
+        fmt::format("HemoCell builds another template of '{}', as at another lattice spacing", found.other),
+        requested(file));
+  if (!deformed && !state.certified)
+    return packedFrom(
+        fmt::format("the cells are not those of a finished packing ({})", fmt::join(state.command, " ")),
+        requested(file));
   Filling filling;
   for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(posLineOf(cell.pose)));
+  CompletedRequest asTheyAre = withoutClearance(requested({}));
+  asTheyAre.request.bestEffort = true;  // however dense
+  bool certified = false;
   together(ranks, [&] {
-    CompletedRequest completed = requestToPack({}, withCounts(simulation, counts));
-    completed.request.bestEffort = true;  // the cells are there: however dense
-    completed.request.clearance = completed.request.wallClearance = 0.0;
-    requireKept(problemToPack(completed), state, filling.placements, file.string());
+    const Problem problem = problemToPack(asTheyAre);
+    requireKept(problem, state, filling.placements, file.string());
+    certified = isCertifiedIn(*problem.lumen.container, state);
   });
+  if (!certified) {
+    const CompletedRequest completed = withoutClearance(requested(file));
+    if (const std::int64_t pairs = overlapsOf(completed, ranks))
+      return packedFrom(fmt::format("{} pair{} of its cells overlap{}", pairs, pairs == 1 ? "" : "s",
+                                    pairs == 1 ? "s" : ""),
+                        completed);
+  }
   for (Cell& cell : state.cells) cell.species = types[cell.species];
   filling.cells = std::move(state.cells);
   filling = numbered(std::move(filling), running.cells.size(), ranks);

@@ -34,8 +34,9 @@ Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::stri
              const Communicator& ranks);
 
 /// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
-/// the fluid nodes, and so are cells that all have meshes of their own; others are the start of a packing of
-/// the same cells.
+/// the fluid nodes, and so are cells that all have meshes of their own; unless they were certified in this
+/// lumen, they are examined, too. Those that overlap, and others, are the start of a packing of the same
+/// cells.
 /// @throws AgreedFailure, InputError. All ranks call
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
                       const Communicator& ranks);

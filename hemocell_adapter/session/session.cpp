@@ -12,6 +12,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/session/attempts.h"
@@ -134,28 +135,34 @@ Packing Session::pack(const std::shared_ptr<const Problem>& problem) {
   Attempts attempts(*problem, hooks_);
   Attempts::Found packing = attempts.withRoom(timer_);
   stateSaved_ = attempts.saved();
+  stateSavedOnce_ = attempts.savedAny();
   if (packing.result.outcome == Outcome::interrupted ||
-      ranks_.any(hooks_.interrupted && hooks_.interrupted()))
+      ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
+    const OutputRequest& output = problem->request.output;
+    if (packing.state && savesCheckpoints(problem->request))  // it has just ended
+      stateSaved_ = savedAlone(*problem, checkpointOf(*output.stateFile), {packing.packed, *packing.state});
     throwInterrupted(*problem);
+  }
   const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
   Packing done;
   if (repeats) {
     done.problem = problem;
     done.packed = std::move(packing.packed);
     done.result = std::move(packing.result);
-    done = repeatedInTiles(std::move(done));
+    done = repeatedInTiles(std::move(done), packing.state.has_value());
   } else {
     done = verified(problem, std::move(packing.packed), std::move(packing.result));
+    done.state = std::move(packing.state);
   }
   done.times = {timer_.cpu(), timer_.wall()};
   return done;
 }
 
 void Session::throwInterrupted(const Problem& problem) const {
-  throw AgreedFailure({ExitCode::interrupted, stateSaved_
-                                                  ? fmt::format("interrupted: {}{}", delivery_.continueFrom,
-                                                                problem.request.output.stateFile->string())
-                                                  : fmt::format("interrupted: {}", delivery_.interrupted)});
+  throw AgreedFailure({ExitCode::interrupted,
+                       stateSaved_ ? fmt::format("interrupted: {}{}", delivery_.continueFrom,
+                                                 checkpointOf(*problem.request.output.stateFile).string())
+                                   : fmt::format("interrupted: {}", delivery_.interrupted)});
 }
 
 Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts packed,
@@ -173,7 +180,7 @@ Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts pa
   return done;
 }
 
-Packing Session::repeatedInTiles(Packing before) const {
+Packing Session::repeatedInTiles(Packing before, bool withState) const {
   const Problem& problem = *before.problem;
   std::shared_ptr<const Problem> big;
   together(ranks_, [&] {
@@ -183,10 +190,17 @@ Packing Session::repeatedInTiles(Packing before) const {
   const auto& times = problem.request.tiles;
   log::info(
       fmt::format("Repeated {} x {} x {} times: {}", times[0], times[1], times[2], lumenLines(*big).front()));
-  PackingResult result = packmesh::pack(packingProblemOf(*big, big->atDemanded, hooks_.interrupted));
+  PackingProblem packing = packingProblemOf(*big, big->atDemanded, hooks_.interrupted);
+  std::optional<PackingState> end;
+  if (withState)
+    packing.checkpoints = Checkpoints{{}, [&](const PackingState& state) {
+                                        if (isFinished(state, ranks_)) end = state;
+                                      }};
+  PackingResult result = packmesh::pack(packing);
   if (result.outcome == Outcome::interrupted)
     throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery_.interrupted)});
   Packing done = verified(big, big->atDemanded, std::move(result));
+  done.state = std::move(end);
   done.before = std::make_shared<const Packing>(std::move(before));
   return done;
 }
@@ -218,6 +232,11 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
     countReason(kept, reason, count);
   return kept;
+}
+
+std::optional<ResultState> resultStateOf(const Packing& packing) {
+  if (!packing.state) return {};
+  return ResultState{packing.packed, *packing.state};
 }
 
 Finished finishedOf(const Packing& packing, const OutputRequest& output) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/problem.h"
@@ -62,6 +63,8 @@ struct Packing {
   Counted cells;
   Kept kept;
   RunTimes times;
+  /// If the request asks for a state file: to be written with the cells.
+  std::optional<PackingState> state;
   /// Of a packing that was repeated in a larger box: the one before.
   std::shared_ptr<const Packing> before;
 };
@@ -87,21 +90,22 @@ class Session {
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
   Packing pack(const std::shared_ptr<const Problem>& problem);
 
-  /// Whether the state of the last attempt has been written; also after a failure.
+  /// Whether the last checkpoint has been written, also after a failure; whether there is one of this run.
   bool stateSaved() const { return stateSaved_; }
+  bool stateSavedOnce() const { return stateSavedOnce_; }
   const Timer& timer() const { return timer_; }
 
  private:
   [[noreturn]] void throwInterrupted(const Problem& problem) const;
   std::shared_ptr<const Problem> corrected(std::shared_ptr<const Problem> problem) const;
   Packing verified(std::shared_ptr<const Problem> problem, PackedParts packed, PackingResult result) const;
-  Packing repeatedInTiles(Packing before) const;
+  Packing repeatedInTiles(Packing before, bool withState) const;
 
   const Delivery& delivery_;
   Hooks hooks_;
   const Communicator& ranks_;
   Timer timer_;
-  bool stateSaved_ = false;
+  bool stateSaved_ = false, stateSavedOnce_ = false;
 };
 
 /// What HemoCell keeps of the cells of all ranks. All ranks call.
@@ -109,6 +113,9 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells);
 
 /// The summary of a packing, of its regions and its profile. All ranks call.
 void logSummary(const Packing& packing);
+
+/// Its state and the parts that were packed, if there is a state. References the packing.
+std::optional<ResultState> resultStateOf(const Packing& packing);
 
 /// A packing and what is written of it, which are referenced.
 Finished finishedOf(const Packing& packing, const OutputRequest& output);

@@ -42,17 +42,20 @@ std::vector<Setting> outputSettings() {
           })
           .withTag("export")
           .mayRepeat(),
-      setting("checkpoint-every", &O::checkpointEvery, number("s", "s", 0, true, 1e9),
-              "interval at which the state of the run is saved, to continue after an interruption")
-          .byDefault("only at signals and at the end, with --state")
+      setting(
+          "checkpoint-every", &O::checkpointEvery, number("s", "s", 0, true, 1e9),
+          "interval at which a checkpoint is saved beside the state file, to continue after an interruption")
+          .byDefault("only at signals and at the end of a run that failed, with --state")
           .notForCheck(),
       setting("state", &O::stateFile, file(),
-              "file of the state; also saved at SIGUSR1, when interrupted, and at the end")
+              "file of the state of the result, written with the .pos files; until then what is reached is "
+              "saved in "
+              "<name>.checkpoint.h5 at SIGUSR1, when interrupted, and if the run fails")
           .byDefault("state.h5 beside the .pos files, with --checkpoint-every")
           .withTag("stateFile")
           .notForCheck(),
       setting("restart", &R::restart, file(),
-              "continue from a saved state; alone: with the command that started the run")
+              "continue from a checkpoint, or a state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
       setting("pov", &O::povScene, flag(), "same as --vtp").withTag("povScene"),

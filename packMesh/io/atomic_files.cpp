@@ -43,7 +43,8 @@ void flushFolder(const fs::path& folder) {
 }
 
 /// Keeps the present content of `target` under another name; returns an empty path if there is no target.
-fs::path keepAside(const fs::path& target) {
+/// @param visible under its own name, too, until another file replaces it
+fs::path keepAside(const fs::path& target, bool visible) {
   struct stat info;
   if (::lstat(target.c_str(), &info) != 0) return {};
   if (S_ISDIR(info.st_mode)) failToWrite(target, "cannot be replaced", EISDIR);
@@ -51,8 +52,8 @@ fs::path keepAside(const fs::path& target) {
   ::close(backup.descriptor);
   ::unlink(backup.path.c_str());
   // A second name for the same file; if the file system has no hard links, the file is renamed instead.
-  if (::link(target.c_str(), backup.path.c_str()) != 0 && ::rename(target.c_str(), backup.path.c_str()) != 0)
-    failToWrite(target, "cannot be replaced", errno);
+  if (visible && ::link(target.c_str(), backup.path.c_str()) == 0) return backup.path;
+  if (::rename(target.c_str(), backup.path.c_str()) != 0) failToWrite(target, "cannot be replaced", errno);
   return backup.path;
 }
 
@@ -69,7 +70,8 @@ void requireReplaceable(const fs::path& target) {
 }
 
 AtomicFiles::~AtomicFiles() {
-  for (const Entry& entry : entries_) ::unlink(entry.temporary.c_str());
+  for (const Entry& entry : entries_)
+    if (!entry.temporary.empty()) ::unlink(entry.temporary.c_str());
 }
 
 void AtomicFiles::begin(const fs::path& requested) {
@@ -105,31 +107,55 @@ void AtomicFiles::end() {
   file_.reset();
 }
 
+void AtomicFiles::putAside(const fs::path& file, const fs::path& as) {
+  std::error_code ignored;
+  if (fs::is_directory(as, ignored)) failToWrite(as, "cannot be replaced", EISDIR);
+  entries_.push_back({file, {}, {}, as});
+}
+
+void AtomicFiles::take(AtomicFiles& others) {
+  for (Entry& other : others.entries_) {
+    for (const Entry& entry : entries_)
+      if (entry.target == other.target) failToWrite(other.target, "is named for two outputs", 0);
+    entries_.push_back(other);
+    other.temporary.clear();
+  }
+  others.entries_.clear();
+}
+
 void AtomicFiles::commit() {
   std::vector<fs::path> backups(entries_.size());
   std::size_t done = 0;
   const auto putBack = [&] {
-    for (std::size_t i = 0; i <= done && i < entries_.size(); ++i) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (!backups[i].empty())
         ::rename(backups[i].c_str(), entries_[i].target.c_str());
-      else if (i < done)
+      else if (i < done && entries_[i].aside.empty())
         ::unlink(entries_[i].target.c_str());
       // rename() between two names of the same file does nothing: remove the second name.
       if (!backups[i].empty()) ::unlink(backups[i].c_str());
     }
   };
   try {
+    const bool single = entries_.size() == 1 && entries_.front().aside.empty();
+    for (std::size_t i = 0; i < entries_.size(); ++i) backups[i] = keepAside(entries_[i].target, single);
     for (; done < entries_.size(); ++done) {
-      backups[done] = keepAside(entries_[done].target);
-      if (::rename(entries_[done].temporary.c_str(), entries_[done].target.c_str()) != 0)
-        failToWrite(entries_[done].target, "cannot be renamed to its final name", errno);
+      const Entry& entry = entries_[done];
+      if (entry.aside.empty() && ::rename(entry.temporary.c_str(), entry.target.c_str()) != 0)
+        failToWrite(entry.target, "cannot be renamed to its final name", errno);
     }
   } catch (...) {
     putBack();
     throw;
   }
-  for (const fs::path& backup : backups)
-    if (!backup.empty()) ::unlink(backup.c_str());
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (backups[i].empty()) continue;
+    const fs::path& aside = entries_[i].aside;
+    if (aside.empty())
+      ::unlink(backups[i].c_str());
+    else
+      ::rename(backups[i].c_str(), aside.c_str());  // if that fails, the backup stays: it is the only copy
+  }
   for (const Entry& entry : entries_) flushFolder(entry.target.parent_path());
   entries_.clear();
 }

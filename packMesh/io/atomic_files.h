@@ -19,7 +19,9 @@ namespace packmesh {
 void requireReplaceable(const std::filesystem::path& target);
 
 /// Writes text files so that each appears completely or not at all: all are written under temporary names
-/// next to their targets, read back and compared, and only then renamed.
+/// next to their targets, read back and compared, and only then renamed. Where there are several, all that
+/// they replace is renamed first: if the process is killed meanwhile, some files are missing, but no new one
+/// stands beside an old one.
 ///
 /// An existing target keeps its permissions; if a target is a symbolic link, the file that it points to is
 /// replaced.
@@ -49,13 +51,19 @@ class AtomicFiles {
     append(text);
     end();
   }
+  /// An existing file that does not belong to the new ones gets another name in its folder when they are
+  /// committed. @throws OutputError if that name is one of a folder
+  void putAside(const std::filesystem::path& file, const std::filesystem::path& as);
+  /// Adds the files of another object, which are ended, behind those of this one.
+  void take(AtomicFiles& others);
   /// Renames all files to their targets; if one fails, those already renamed are restored.
   void commit();
 
  private:
   struct Entry {
     std::filesystem::path target, temporary;
-    std::optional<mode_t> mode;  ///< of the file that it replaces
+    std::optional<mode_t> mode;        ///< of the file that it replaces
+    std::filesystem::path aside = {};  ///< new name of the target, for which there is no new file
   };
   std::vector<Entry> entries_;
   std::optional<CheckedFile> file_;  ///< the one begun last

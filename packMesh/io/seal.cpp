@@ -2,21 +2,18 @@
 #include "packMesh/io/seal.h"
 
 #include <fmt/format.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <fstream>
-#include <optional>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/io/file_hash.h"
 
 namespace packmesh {
 namespace {
@@ -28,24 +25,17 @@ std::string headOf(const std::string& kind) {
 }
 
 /// The first bytes of a sealed file.
-std::string blockOf(const Seal& seal, const XXH128_hash_t& hash) {
-  std::string block = fmt::format("{}{}\nwritten by {}\nXXH3 {:016x}{:016x}\n", headOf(seal.kind),
-                                  seal.version, seal.writer, hash.high64, hash.low64);
+std::string blockOf(const Seal& seal, const std::string& hash) {
+  std::string block =
+      fmt::format("{}{}\nwritten by {}\nXXH3 {}\n", headOf(seal.kind), seal.version, seal.writer, hash);
   block.resize(sealSize, '\0');
   return block;
 }
 
 /// Hash of the writer and of all bytes after the seal; empty if they cannot be read.
-std::optional<XXH128_hash_t> hashOf(const std::string& writer, std::istream& in) {
-  XXH3_state_t state;
-  XXH3_128bits_reset(&state);
-  XXH3_128bits_update(&state, writer.data(), writer.size());
-  std::vector<char> chunk(std::size_t{1} << 20);
+std::string hashOf(const std::string& writer, std::istream& in) {
   in.seekg(sealSize);
-  while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0)
-    XXH3_128bits_update(&state, chunk.data(), static_cast<std::size_t>(in.gcount()));
-  if (!in.eof()) return {};
-  return XXH3_128bits_digest(&state);
+  return restHash(in, writer);
 }
 
 /// The line that begins at position `at`.
@@ -57,10 +47,10 @@ std::string_view lineAt(std::string_view text, std::size_t at) {
 
 std::string seal(const fs::path& file, const Seal& seal) {
   std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
-  const auto hash = hashOf(seal.writer, out);
+  const std::string hash = hashOf(seal.writer, out);
   out.clear();
-  if (!hash) return "cannot be read back";
-  const std::string block = blockOf(seal, *hash);
+  if (hash.empty()) return "cannot be read back";
+  const std::string block = blockOf(seal, hash);
   errno = 0;
   if (out.seekp(0) && out.write(block.data(), sealSize) && out.flush()) return "";
   return std::string("cannot be written: ") + std::strerror(errno);
@@ -89,8 +79,8 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
   if (found > 0 && found != version)
     fail(fmt::format("is a {0} of version {1}, written by {3}; this packMesh reads version {2}", kind, found,
                      version, writer));
-  const auto hash = hashOf(writer, in);
-  if (!hash || block != blockOf({kind, version, writer}, *hash)) fail("is truncated or damaged");
+  const std::string hash = hashOf(writer, in);
+  if (hash.empty() || block != blockOf({kind, version, writer}, hash)) fail("is truncated or damaged");
 }
 
 }  // namespace packmesh

@@ -43,6 +43,9 @@ class Attempt {
   /// Of the cells delivered so far.
   const Certificate& certificate() const { return result_.certificate; }
 
+  /// Whether there are certified cells: all, or fewer.
+  bool hasDelivered() const { return delivered_; }
+
   /// Whether cells have been placed, so that there is a state to save.
   bool hasBegun() const { return begun_ || relaxation_ || (growth_ && growth_->hasBegun()); }
 
@@ -54,6 +57,7 @@ class Attempt {
   /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it.
   const PackingState& kept();
   /// Stores the current cells, with their measures, as the final state of a run. Only takeResult() follows.
+  /// Pre: hasDelivered()
   void keepEnd();
 
   PackingResult takeResult();

@@ -63,10 +63,10 @@ PackingResult pack(const PackingProblem& problem) {
     fewer = packFewer(problem, control, all);
     packed = fewer.whole;
   }
-  const bool keepsFewer = packed || (problem.execution.limits.fewerCells && problem.checkpoints &&
-                                     problem.checkpoints->endsWithFewer);
+  const bool keepsFewer = problem.execution.limits.fewerCells && problem.checkpoints &&
+                          problem.checkpoints->endsWithFewer && all.hasDelivered();
   if (problem.checkpoints) {
-    if (!control.interrupted() && keepsFewer) all.keepEnd();
+    if (!control.interrupted() && (packed || keepsFewer)) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.kept());
   }
   PackingResult result = all.takeResult();

@@ -36,8 +36,9 @@ double longestPossible(const PackingProblem& problem) {
   return problem.physics.container->bounds().size().norm() + farthest;
 }
 
-const char* textOf(const RunPosition& position) {
-  switch (position.stage) {
+const char* stageOf(const PackingState& state, bool finished) {
+  if (finished) return "finished";
+  switch (state.position.stage) {
     case Stage::relaxation:
       return "relaxation";
     case Stage::certificate:
@@ -258,18 +259,26 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
   return true;
 }
 
+/// The group with the files that were written with a state.
+constexpr char filesGroup[] = "/files";
+
 void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
-              const PackingState& state) {
+              const PackingState& state, const FilesOfState& together) {
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
   out.attribute("/", "lumen", problem.physics.container->describe());
   out.attribute("/", "seed", static_cast<std::int64_t>(problem.physics.seed));
-  out.attribute("/", "stage", std::string(textOf(state.position)));
+  out.attribute("/", "stage", std::string(stageOf(state, isFinished(state, problem.execution.communicator))));
   out.attribute("/", "iteration", state.relaxation.sweeps);
   out.group("/command");
   out.attribute("/command", "words", static_cast<std::int64_t>(command.size()));
   for (std::size_t i = 0; i < command.size(); ++i)
     out.attribute("/command", std::to_string(i).c_str(), command[i]);
+  if (!together.empty()) out.group(filesGroup);
+  std::int64_t files = 0;
+  for (const auto& [name, hash] : together)
+    out.attribute(filesGroup, std::to_string(files++).c_str(), hash + " " + name);
+  if (files > 0) out.attribute(filesGroup, "number", files);
   const FiledSpecies species(problem.physics);
   species.write(out);
   writeLumen(out, *problem.physics.container);
@@ -302,18 +311,31 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
 
 }  // namespace
 
-void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
-                const PackingState& state) {
+bool isFinished(const PackingState& state, const Communicator& ranks) {
+  return ranks.any(state.measures.size() > 0 &&
+                   std::none_of(state.measures.gap.begin(), state.measures.gap.end(),
+                                [](double gap) { return std::isnan(gap); }));
+}
+
+std::unique_ptr<AtomicFiles> preparedState(const fs::path& file, const PackingProblem& problem,
+                                           const std::vector<std::string>& command, const PackingState& state,
+                                           const FilesOfState& together) {
   const Communicator& ranks = problem.execution.communicator;
-  const std::unique_ptr<AtomicFiles> files =
-      writtenHdf5(file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state); });
+  std::unique_ptr<AtomicFiles> files = writtenHdf5(
+      file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state, together); });
   writeTogether(ranks, [&] {
     if (ranks.rank() != 0) return;
     const std::string error = seal(files->temporary(), {kind, schemaVersion, writer()});
     if (!error.empty()) throw OutputError(file.string() + ": " + error);
     files->end();
-    files->commit();
   });
+  return files;
+}
+
+void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
+                const PackingState& state) {
+  const std::unique_ptr<AtomicFiles> files = preparedState(file, problem, command, state);
+  writeTogether(problem.execution.communicator, [&] { files->commit(); });
 }
 
 StateHead readStateHead(const fs::path& file) {
@@ -326,6 +348,12 @@ StateHead readStateHead(const fs::path& file) {
   const std::int64_t words = in.integer("/command", "words");
   for (std::int64_t i = 0; i < words; ++i)
     head.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  const std::int64_t files = in.has(filesGroup) ? in.integer(filesGroup, "number") : 0;
+  for (std::int64_t i = 0; i < files; ++i) {
+    const std::string line = in.text(filesGroup, std::to_string(i).c_str());
+    const std::size_t space = std::min(line.find(' '), line.size());
+    head.files[line.substr(std::min(space + 1, line.size()))] = line.substr(0, space);
+  }
   return head;
 }
 

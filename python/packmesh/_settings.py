@@ -213,9 +213,15 @@ def keep_inputs(words: Sequence[str], folder: pathlib.Path, state: Path) -> list
 
 
 def inputs_of(state: Path) -> pathlib.Path:
-    """The folder for what was given as arrays: cells_inputs beside cells.h5."""
+    """The folder for what was given as arrays: cells_inputs beside cells.h5 and its checkpoint."""
     file = pathlib.Path(os.path.abspath(os.fsdecode(state)))
-    return file.with_name(file.stem + "_inputs")
+    return file.with_name(file.stem.removesuffix(".checkpoint") + "_inputs")
+
+
+def _has_state(state: Path) -> bool:
+    """Whether there is a state of this name, or a checkpoint beside it."""
+    file = pathlib.Path(os.fsdecode(state))
+    return file.exists() or file.with_name(f"{file.stem}.checkpoint{file.suffix}").exists()
 
 
 class Folder:
@@ -475,7 +481,7 @@ class Words:
         try:
             yield keep_inputs(self.all(), self._folder, state)
         except BaseException:
-            if self.has_files() and not existed and not os.path.exists(state):
+            if self.has_files() and not existed and not _has_state(state):
                 shutil.rmtree(inputs_of(state), ignore_errors=True)
             raise
 

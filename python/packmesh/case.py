@@ -157,9 +157,10 @@ def pack(
             one); the packing does not depend on it
     More:
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
-        state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without
-            other arguments: with those of the run that it is of). What is given as arrays is written too, for
-            "cells.h5" in the folder "cells_inputs" beside it
+        state, checkpoint_every, restart: a state file for the packing, "cells.h5"; the interval at which what is reached is saved in
+            "cells.checkpoint.h5" (without: when interrupted, or infeasible), and such a file to continue from (without other
+            arguments: with those of the run that it is of). What is given as arrays is written too, in the folder "cells_inputs"
+            beside it
         growth_frames, output_dir: with method "cat", every so many states of growth are written to the folder
             "growth_frames" there (by default in that of the case, or the working directory), as series for ParaView
         progress: True shows stage and time that is left, on a terminal, in a notebook or as lines; or a function that is called with

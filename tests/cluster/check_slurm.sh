@@ -69,7 +69,7 @@ until grep -q "Requested clearance:" out.txt; do kill -0 "$step"; sleep 0.1; don
 kill -TERM "$step"
 status=0
 wait "$step" || status=$?
-test "$status" -ne 0 && grep -qF "srun: forcing job termination" out.txt && test ! -e state.h5 || failed "exit code $status"
+test "$status" -ne 0 && grep -qF "srun: forcing job termination" out.txt && test ! -e state.checkpoint.h5 || failed "exit code $status"
 
 # The ranks are stopped until Slurm has signalled them, so that the packing lasts until the limit on any computer.
 begin limit "requeue after the time limit"
@@ -79,7 +79,7 @@ until [[ $(ranks | wc -l) -eq 2 ]] && grep -q "Requested clearance:" "slurm-$job
   [[ -n $(squeue --noheader --jobs="$job") ]] || failed "the job has ended before its limit"
   sleep 0.02
 done
-until [[ -e state.h5 ]]; do scancel --signal=USR1 "$job"; sleep 0.1; done
+until [[ -e state.checkpoint.h5 ]]; do scancel --signal=USR1 "$job"; sleep 0.1; done
 mapfile -t stopped < <(ranks)
 kill -STOP "${stopped[@]}"
 signalled() { # has a stopped rank a pending SIGTERM, or did Slurm continue it for the signal?
@@ -91,7 +91,7 @@ kill -CONT "${stopped[@]}" 2> /dev/null || true
 for _ in $(seq 300); do [[ $(squeue --noheader --format=%T --jobs="$job") == PENDING ]] && break; sleep 0.1; done
 scontrol update JobId="$job" StartTime=now TimeLimit=5 || failed "the job is not requeued"
 ended "$job"
-grep -q "job $job continues from state.h5" "slurm-$job.out" || failed "no requeue"
-test ! -e state.h5 || failed "the state remains"
+grep -q "job $job continues from state.checkpoint.h5" "slurm-$job.out" || failed "no requeue"
+test ! -e state.checkpoint.h5 || failed "the checkpoint remains"
 cmp RBC.pos ../whole/RBC.pos && cmp PLT.pos ../whole/PLT.pos
 echo "(packMesh) Slurm $(sinfo --version | cut -d' ' -f2): all jobs ran"

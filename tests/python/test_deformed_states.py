@@ -258,6 +258,62 @@ def test_blood(state, program):
     assert "packmesh run" in text and "--state blood.h5" in text
 
 
+def test_results_are_certified(state, program):
+    """A run that fails leaves the result of the run before, whole; what it has reached is a file of its own."""
+    case, _ = state
+    words = ["--cylinder", "x", 9, 60, "--ends", "periodic", "--blood", case / "flowing.h5"]
+    check = ["check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start"]
+
+    def contents(folder):
+        return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+    folder, _ = program(*words, "--hematocrit", 0.2, folder="kept")
+    before = contents(folder)
+    assert set(before) == {"state.h5"}
+    _, text = program(*words, "--hematocrit", 0.5, "--max-iterations", 4, folder="kept", code=3)
+    assert "nothing was written" in text and contents(folder) == before
+    _, text = program(*words, "--hematocrit", 0.5, "--max-iterations", 4, "--state", "state.h5", folder="kept", code=3)
+    assert "packMesh --restart state.checkpoint.h5" in text
+    after = contents(folder)
+    assert after.pop("state.checkpoint.h5") and after == before
+    assert "Verdict: clean" in program(*check, "state.h5", folder="kept")[1]
+    assert "Verdict: not clean" in program(*check, "state.checkpoint.h5", folder="kept", code=4)[1]
+    with pytest.raises(packmesh.InputError, match="not finished"):
+        packmesh.load(folder / "state.checkpoint.h5")
+
+
+def test_files_of_an_earlier_packing(state, program):
+    """A species that has no .pos file now leaves none of before; one that comes back is noticed."""
+    case, _ = state
+    red = {"RBC": (np.array([bent("RBC", i) + center for i, center in enumerate(CENTERS)]), template("RBC")[1], np.arange(9))}
+    Writer(case / "red/output", all_cells=9).write(0, red)
+    packmesh.hemocell_output(case / "red/output", config=case / "config.xml")[-1].packing().save(case / "red.h5")
+    rigid = ["--ends", "periodic", "--rbc", 9, "--plt", 4]
+    program(case / "config.xml", *rigid, "--seed", 3, folder="before")
+    assert (case / "RBC.pos").exists() and (case / "PLT.pos").exists()
+    old = (case / "RBC.pos").read_bytes()
+    _, text = program(case / "config.xml", "--ends", "periodic", "--blood", case / "red.h5", "--rbc", 9, "--plt", 4, folder="after")
+    assert re.search(r"RBC.pos is of an earlier packing: renamed to .*RBC.pos.old", text)
+    assert not (case / "RBC.pos").exists() and (case / "RBC.pos.old").read_bytes() == old
+    assert (case / "state.h5").exists() and (case / "PLT.pos").exists()
+    _, text = program("check", case / "config.xml", "--ends", "periodic", folder="checked")
+    assert "two runs" not in text
+    (case / "RBC.pos").write_bytes(old)
+    done = subprocess.run([PROGRAM, "check", case / "config.xml", "--ends", "periodic"], capture_output=True, text=True, check=False)
+    assert re.search(r"files of two runs: PLT.pos was written together with .*state.h5, RBC.pos not", done.stderr)
+
+
+def test_tiles_of_deformed_cells(state, program):
+    """A repeated box of blood: the state is that of the result."""
+    case, _ = state
+    for option in ("--blood", "--start"):
+        folder, text = program(30, 24, 24, "--ends", "periodic", option, case / "flowing.h5", "--tile", 2, 1, 1, folder=option[2:])
+        assert "Certificate: clean" in text and "periodic box 60 x 24 x 24" in text
+        one = int(re.search(r"RBC: (\d+) \(", text).group(1))
+        assert len(vertices_of(folder / "state.h5", "RBC")) == 2 * one
+        assert "Verdict: clean" in program("check", "--box", 60, 24, 24, "--ends", "periodic", "--start", folder / "state.h5")[1]
+
+
 def test_no_command(state, program):
     """The state of a run is no packing to continue."""
     case, _ = state

@@ -54,12 +54,16 @@ def test_interrupted_state(tmp_path):
     problem = dict(box=(30, 30, 30), hematocrit=0.52, ends="periodic")
     with pytest.raises(KeyboardInterrupt):
         packmesh.pack(**problem, state=tmp_path / "state.h5", progress=stop)
+    saved = tmp_path / "state.checkpoint.h5"
+    assert [path.name for path in tmp_path.iterdir()] == [saved.name]
     with pytest.raises(packmesh.InputError, match="not finished"):
-        packmesh.load(tmp_path / "state.h5")
+        packmesh.load(saved)
     whole = packmesh.pack(**problem)
-    (tmp_path / "copy.h5").write_bytes((tmp_path / "state.h5").read_bytes())
-    assert (packmesh.pack(**problem, restart=tmp_path / "state.h5").positions == whole.positions).all()
-    assert (packmesh.pack(restart=tmp_path / "copy.h5").positions == whole.positions).all()
+    (tmp_path / "copy.checkpoint.h5").write_bytes(saved.read_bytes())
+    assert (packmesh.pack(**problem, restart=saved).positions == whole.positions).all()
+    assert (packmesh.pack(restart=tmp_path / "copy.checkpoint.h5").positions == whole.positions).all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["copy.h5", "state.h5"]
+    assert (packmesh.load(tmp_path / "state.h5").positions == whole.positions).all()
 
 
 def test_threads():

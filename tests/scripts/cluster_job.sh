@@ -12,16 +12,17 @@ cp -r "$examples/cluster" "$scratch/whole"
 PATH="$here/../examples/stand_ins:$bin:$PATH"
 cd "$scratch/interrupted"
 sbatch job.sh
-grep -q "job 1 continues from state.h5" slurm-1.out
+grep -q "job 1 continues from state.checkpoint.h5" slurm-1.out
 grep -qF "to continue: packMesh --restart" slurm-1.out
-test ! -e state.h5
+test ! -e state.checkpoint.h5
+test -s state.h5
 cp -r "$examples/cluster" "$scratch/series"
 cd "$scratch/series"
 sed -i 's|<packing>|<packing> <realisations> 2 </realisations>|' config.xml
 sbatch job.sh
-grep -q "job 1 continues from realisation_1/state.h5" slurm-1.out
+grep -q "job 1 continues from realisation_1/state.checkpoint.h5" slurm-1.out
 grep -q "Realisations: 2 of 2 written" slurm-1.out
-test ! -e realisation_1/state.h5
+test ! -e realisation_1/state.checkpoint.h5 -a ! -e realisation_1/state.h5
 test ! -e realisation_1/realisation_1
 test -s realisation_2/RBC.pos
 cd "$scratch/whole"
@@ -43,7 +44,7 @@ status=0
 wait "$step" || status=$?
 test "$status" -eq 137
 grep -qF "srun: forcing job termination" out.txt
-test ! -e state.h5
+test ! -e state.checkpoint.h5 -a ! -e state.h5
 
 # Without --mpi=pmix, srun starts unconnected copies.
 status=0

@@ -519,7 +519,7 @@ def restart_on_other_ranks(j):
     box = "18 18 18 --hematocrit 0.3 --plt_ratio 0.2 --ends periodic --clearance 0"
     j.prepare(box + " --output-dir whole")
     j.pack(box + " --max-iterations 9 --state s.h5", code=3)
-    j.run("--restart s.h5 --max-iterations 4000", ranks=(3, 1))
+    j.run("--restart s.checkpoint.h5 --max-iterations 4000", ranks=(3, 1))
     require_as_uninterrupted(j)
 
 
@@ -530,7 +530,7 @@ def restart_with_constraints(j):
     box += "--hematocrit 0.25 --plt_ratio 0.2 --orient PLT 0 0 1 30 --cell-free-layer 0.5 --fixed first/RBC.pos"
     j.prepare(box + " --output-dir whole")
     j.pack(box + " --max-iterations 9 --state s.h5", code=3)
-    j.run("--restart s.h5 --max-iterations 4000", ranks=(2, 1))
+    j.run("--restart s.checkpoint.h5 --max-iterations 4000", ranks=(2, 1))
     require_as_uninterrupted(j)
     require(j.lines("RBC.pos")[:4] == j.lines("first/RBC.pos"), "fixed cells moved")
     require_axes(j.cells("PLT.pos"), (0, 0, 1), 30)

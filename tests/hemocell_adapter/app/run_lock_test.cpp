@@ -101,5 +101,6 @@ TEST_CASE("A folder created by a run that wrote nothing is removed") {
   REQUIRE(ran.exitCode == int(ExitCode::outOfReach));
   // The state of what was not reached is kept, to go on.
   CHECK_FALSE(fs::exists(folder.path() / "new/deep"));
-  CHECK(fs::exists(folder.path() / "new/s.h5"));
+  CHECK_FALSE(fs::exists(folder.path() / "new/s.h5"));
+  CHECK(fs::exists(folder.path() / "new/s.checkpoint.h5"));
 }

@@ -39,6 +39,7 @@ struct Undisturbed {
 };
 
 const std::string oftenSaved = " --checkpoint-every 0.001";
+const char* const checkpoint = "state.checkpoint.h5";
 
 Undisturbed undisturbed(const std::string& arguments, const std::string& launcher = "") {
   const TemporaryFolder folder;
@@ -74,11 +75,12 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
     REQUIRE(kills < 20 * wanted);
     const TemporaryFolder folder;
     for (int again = 0; again < 6; ++again) {
-      const bool begun = fs::exists(folder.path() / "state.h5");
+      const bool begun = fs::exists(folder.path() / checkpoint);
       saved += begun;
       if (begun)
-        REQUIRE_NOTHROW(readStateHead(folder.path() / "state.h5"));  // without cells: not begun to grow
-      const std::string arguments = begun ? "--restart state.h5" : expected.problem + oftenSaved;
+        REQUIRE_NOTHROW(readStateHead(folder.path() / checkpoint));  // without cells: not begun to grow
+      const std::string arguments =
+          begun ? std::string("--restart ") + checkpoint : expected.problem + oftenSaved;
       const std::string limit = moments.next();
       const bool last = again == 5;
       const std::string killer =
@@ -89,7 +91,7 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
       if (ran.exitCode == 0 && !last) moments.wasTooLate();
       if (ran.exitCode == 0) break;
       ++kills;
-      if (!fs::exists(folder.path() / "state.h5")) moments.wasTooEarly();
+      if (!fs::exists(folder.path() / checkpoint)) moments.wasTooEarly();
       // What is there is whole: the signal may have come when all was done.
       for (const char* name : {"RBC.pos", "PLT.pos"})
         if (fs::exists(folder.path() / name))
@@ -125,15 +127,17 @@ TEST_CASE("A run continues on a different number of ranks after a signal to all"
     writeText(folder.path() / "script", onRanks(ranks, 1) + " '" + programFolder + "/packMesh' " + problem +
                                             R"( --checkpoint-every 0.01 > out 2>&1 &
 pid=$!
-while kill -0 $pid 2> /dev/null && [ ! -f state.h5 ]; do sleep 0.02; done
+while kill -0 $pid 2> /dev/null && [ ! -f state.checkpoint.h5 ]; do sleep 0.02; done
 kill -TERM $pid 2> /dev/null
 wait $pid
 )");
     REQUIRE(std::system(
                 ("cd '" + folder.path().string() + "' && " + awaitingAll() + " bash script").c_str()) != -1);
     INFO(readText(folder.path() / "out"));
-    REQUIRE(fs::exists(folder.path() / "state.h5"));
-    const Ran second = run(folder.path(), "--restart state.h5", "packMesh", onRanks(4 - ranks));
+    const bool ended = fs::exists(folder.path() / "state.h5");
+    REQUIRE((ended || fs::exists(folder.path() / checkpoint)));
+    const Ran second = run(folder.path(), std::string("--restart ") + (ended ? "state.h5" : checkpoint),
+                           "packMesh", onRanks(4 - ranks));
     INFO(second.all());
     REQUIRE(second.exitCode == 0);
     REQUIRE(positions(folder.path()) == expected);
@@ -173,9 +177,10 @@ TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of th
       REQUIRE((ran.exitCode == int(ExitCode::interrupted) ||
                (ran.exitCode == 128 + SIGTERM && ran.all().empty())));  // before it knew of signals
       REQUIRE(readText(folder.path() / "RBC.pos") == before);
-      const bool state = fs::exists(folder.path() / "s.h5");
+      const fs::path saved = folder.path() / "s.checkpoint.h5";
+      const bool state = fs::exists(saved);
       if (!state) moments.wasTooEarly();
-      if (state) ++seen[readStateHead(folder.path() / "s.h5").stage];
+      if (state) ++seen[readStateHead(saved).stage];
       REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 1 + state);
     }
   }
@@ -191,7 +196,7 @@ pid=$!
 while kill -0 $pid; do
   sleep 0.1
   [ -s out ] && kill -USR1 $pid
-  [ -f s.h5 ] && break
+  [ -f s.checkpoint.h5 ] && break
 done
 kill -0 $pid && touch alive
 kill -TERM $pid
@@ -200,10 +205,15 @@ wait $pid
   const int status = std::system(("cd '" + folder.path().string() + "' && bash script").c_str());
   REQUIRE(WIFEXITED(status));
   REQUIRE(fs::exists(folder.path() / "alive"));
+  REQUIRE_FALSE(fs::exists(folder.path() / "s.h5"));
   REQUIRE(WEXITSTATUS(status) == int(ExitCode::interrupted));
   const std::string out = readText(folder.path() / "out");
-  REQUIRE_THAT(out, Contains("packMesh --restart s.h5"));
-  REQUIRE(readStateHead(folder.path() / "s.h5").cells > 400);
+  REQUIRE_THAT(out, Contains("packMesh --restart s.checkpoint.h5"));
+  REQUIRE(readStateHead(folder.path() / "s.checkpoint.h5").cells > 400);
+  const Ran other = run(folder.path(), "--restart s.h5");
+  CHECK(other.exitCode == int(ExitCode::badInput));
+  CHECK_THAT(other.err,
+             Contains("s.h5: no such file; the run has not ended, and is continued from s.checkpoint.h5"));
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
 }
 
@@ -245,6 +255,66 @@ TEST_CASE(
   const Ran ran = run(folder.path(), "config.xml --rbc 5 --state /proc/state.h5");
   CHECK(ran.exitCode == 5);
   CHECK_THAT(ran.err, Contains("/proc"));
+}
+
+TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the next result",
+          "[executable]") {
+  const TemporaryFolder folder;
+  const fs::path result = folder.path() / "s.h5", saved = folder.path() / "s.checkpoint.h5";
+  ok(folder, "20 20 20 --hematocrit 0.2 --state s.h5");
+  CHECK(readStateHead(result).stage == "finished");
+  CHECK(readStateHead(result).files.size() == 2);
+  CHECK_FALSE(fs::exists(saved));
+  const std::string before = readText(result) + positions(folder.path());
+  const Ran failed = run(folder.path(), "20 20 20 --hematocrit 0.45 --max-iterations 5 --state s.h5");
+  INFO(failed.all());
+  CHECK(failed.exitCode == int(ExitCode::outOfReach));
+  CHECK_THAT(failed.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
+  CHECK((readText(result) + positions(folder.path()) == before));
+  CHECK(readStateHead(saved).stage != "finished");
+  // A run of something else leaves the checkpoint alone; the run that continues it removes it.
+  CHECK_THAT(ok(folder, "20 20 20 --hematocrit 0.2 --seed 2 --state s.h5").out,
+             Contains("s.checkpoint.h5 is the checkpoint of another run, and stays"));
+  CHECK(fs::exists(saved));
+  const std::string second = positions(folder.path());
+  ok(folder, "--restart s.checkpoint.h5 --max-iterations 100000");
+  CHECK_FALSE(fs::exists(saved));
+  CHECK((positions(folder.path()) != second));
+  CHECK(readStateHead(result).stage == "finished");
+  const Ran named = run(folder.path(), "20 20 20 --rbc 2 --state a.checkpoint.h5");
+  CHECK(named.exitCode == int(ExitCode::cannotWrite));
+  CHECK_THAT(
+      named.err,
+      Contains("is the name of a checkpoint; the state of the result needs another one, such as a.h5"));
+}
+
+TEST_CASE("Files of the result before that are not replaced are renamed", "[executable]") {
+  const TemporaryFolder folder;
+  const fs::path platelets = folder.path() / "PLT.pos";
+  ok(folder, "20 20 20 --rbc 4 --plt 3 --state s.h5");
+  const std::string before = readText(platelets);
+  const Ran ran = ok(folder, "20 20 20 --rbc 5 --state s.h5");
+  CHECK_THAT(ran.err, Contains("PLT.pos is of an earlier packing: renamed to ./PLT.pos.old"));
+  CHECK_FALSE(fs::exists(platelets));
+  CHECK((readText(folder.path() / "PLT.pos.old") == before));
+  // Of a species that now has no cells; a file without cells, as the plug-in leaves it, stays.
+  writeText(platelets, before);
+  ok(folder, "20 20 20 --rbc 5 --plt 0");
+  CHECK_FALSE(fs::exists(platelets));
+  writeText(platelets, "3\n");
+  ok(folder, "20 20 20 --rbc 5 --plt 0");
+  CHECK(fs::exists(platelets));
+}
+
+TEST_CASE("check notices files of two runs beside a state", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "20 20 20 --rbc 4 --plt 3 --output-dir other --seed 2");
+  ok(folder, "20 20 20 --rbc 4 --plt 3 --state s.h5");
+  CHECK_THAT(ok(folder, "check --box 20 20 20").err, !Contains("two runs"));
+  fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos",
+                fs::copy_options::overwrite_existing);
+  CHECK_THAT(run(folder.path(), "check --box 20 20 20").err,
+             Contains("files of two runs: PLT.pos was written together with ./s.h5, RBC.pos not"));
 }
 
 TEST_CASE("The folder of a state is created") {

@@ -157,6 +157,17 @@ case $test in
           for (k = 4; k <= 6; ++k) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > 1e-9) bad++ } }
         END { exit bad > 0 || NR == 0 }' || fail "vertices moved on $1 ranks"
     done
+    # Of a packing that was not finished they are packed on, whether or not they have meshes of their own.
+    config 60 44 44 "<container> <cylinder axis='x' radius='10.5' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
+    status=0
+    "$program" config.xml --ends periodic --blood flowing.h5 --rbc 36 --plt 2 --clearance 0.3 --max-iterations 1 --state dense.h5 > dense.txt || status=$?
+    test $status = 3 -a ! -e dense.h5
+    config 60 44 44 ""
+    case_on 2 pipe 2 1 1 load dense.checkpoint.h5 > loaded.txt
+    grep -q 'dense.checkpoint.h5: [1-9][0-9]* pairs\? of its cells overlaps\?; packing starts from them' loaded.txt
+    grep -q 'Certificate: clean' loaded.txt
+    complete 38
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     # Loaded into another lumen: no cell may be outside.
     if case_on 2 channel 2 1 1 load flowing.h5 > said.txt 2>&1; then fail "accepted"; fi
     grep -q 'is outside of the fluid: is this a state of the same case?' said.txt

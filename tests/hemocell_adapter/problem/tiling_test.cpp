@@ -12,6 +12,13 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
+TEST_CASE("Columns are repeated, and the state of the result is that of the large box", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "16 18 20 --ends periodic --rbc 12 --order columns --tile 2 1 1 --state s.h5");
+  CHECK(readPos(folder.path() / "RBC.pos").size() == 24);
+  CHECK_THAT(ok(folder, "check --box 32 18 20 --ends periodic --start s.h5").out, Contains("RBC: 24 cells"));
+}
+
 TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder,

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/atomic_files.h"
 
+#include <sys/inotify.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <memory>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "packMesh/core/error.h"
 #include "tests/support/temporary_folder.h"
@@ -105,4 +110,54 @@ TEST_CASE("AtomicFiles writes through a symbolic link", "[io]") {
   files.commit();
   CHECK(fs::is_symlink(link));
   CHECK(test::readText(real) == "new");
+}
+
+TEST_CASE("No new file is beside an old one at any time, and what is left over is put aside", "[io]") {
+  const test::TemporaryFolder folder;
+  const fs::path red = folder.write("RBC.pos", "old"), platelets = folder.write("PLT.pos", "old");
+  const fs::path white = folder.write("WBC.pos", "old white");
+  const int watch = ::inotify_init1(IN_NONBLOCK);
+  REQUIRE(watch >= 0);
+  REQUIRE(::inotify_add_watch(watch, folder.path().c_str(), IN_MOVE | IN_DELETE) >= 0);
+  AtomicFiles files, others;
+  files.add(red, "new");
+  others.add(platelets, "new");
+  files.putAside(white, white.string() + ".old");
+  files.take(others);
+  files.commit();
+  std::vector<char> events(1 << 16);
+  const ssize_t size = ::read(watch, events.data(), events.size());
+  ::close(watch);
+  REQUIRE(size > 0);
+  std::set<std::string> oldOnes = {"RBC.pos", "PLT.pos", "WBC.pos"};
+  int newOnes = 0;
+  for (ssize_t at = 0; at < size;) {
+    struct inotify_event event;
+    std::memcpy(&event, events.data() + at, sizeof event);
+    const std::string name = events.data() + at + sizeof event;
+    if (event.mask & (IN_MOVED_FROM | IN_DELETE)) oldOnes.erase(name);
+    if ((event.mask & IN_MOVED_TO) && (name == "RBC.pos" || name == "PLT.pos")) {
+      ++newOnes;
+      CHECK(oldOnes.empty());
+    }
+    at += ssize_t(sizeof event) + event.len;
+  }
+  CHECK(newOnes == 2);
+  CHECK(test::readText(red) + test::readText(platelets) == "newnew");
+  CHECK_FALSE(fs::exists(white));
+  CHECK(test::readText(white.string() + ".old") == "old white");
+  CHECK(folder.files() == 3);
+}
+
+TEST_CASE("What was put aside is put back if the new files cannot be renamed", "[io]") {
+  const test::TemporaryFolder folder;
+  const fs::path white = folder.write("WBC.pos", "old");
+  AtomicFiles files;
+  files.putAside(white, white.string() + ".old");
+  files.add(folder.path() / "RBC.pos", "new");
+  fs::create_directory(folder.path() / "RBC.pos");
+  CHECK_THROWS_AS(files.commit(), OutputError);
+  fs::remove(folder.path() / "RBC.pos");
+  CHECK(test::readText(white) == "old");
+  CHECK_FALSE(fs::exists(white.string() + ".old"));
 }

@@ -168,6 +168,26 @@ TEST_CASE("An infeasible run continues with higher limits") {
   }
 }
 
+TEST_CASE("Only cells of a result are measured") {
+  PackingProblem problem = mixtureIn(longBox(), 0.5, 2);
+  bool finished = false;
+  problem.checkpoints =
+      Checkpoints{{}, [&](const PackingState& state) { finished = isFinished(state, Communicator()); }, true};
+  SECTION("all cells") {
+    REQUIRE(pack(problem).outcome == Outcome::certified);
+    REQUIRE(finished);
+  }
+  SECTION("time is over before fewer cells are certified") {
+    int looks = 0;
+    problem.execution.limits.clock = [&] { return ++looks < 12 ? 0.0 : 1e9; };
+    problem.execution.limits.maxSeconds = 1.0;
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::outOfReach);
+    REQUIRE(result.cellCount == 0);
+    REQUIRE_FALSE(finished);
+  }
+}
+
 TEST_CASE("Infeasible growth continues with higher limits") {
   PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.3, 3);
   problem.method.kind = Method::cat;

@@ -56,6 +56,14 @@ TEST_CASE("A state reads back unchanged, and its bytes are reproducible") {
   const StateHead head = readStateHead(file);
   REQUIRE(head.command == std::vector<std::string>{"packMesh", "25 25 25", "two\nlines", ""});
   REQUIRE(head.cells == state.cellCount);
+  REQUIRE(head.files.empty());
+  const FilesOfState together = {{"RBC.pos", "0a1b"}, {"a b.pos", "2c"}};
+  const fs::path named = folder.path() / "named.h5";
+  const auto prepared = preparedState(named, problem, {}, state, together);
+  REQUIRE_FALSE(fs::exists(named));
+  prepared->commit();
+  REQUIRE(readStateHead(named).files == together);
+  fs::remove(named);
   const PackingState found = readState(file, problem);
   REQUIRE(found.cellCount == state.cellCount);
   REQUIRE(found.cells.size() == state.cells.size());

@@ -146,8 +146,8 @@ inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
 }
 
 /// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a
-/// part. Cells of a run are added as they were, with all vertices; other cells that are not those of a
-/// finished packing are the start of one.
+/// part. Cells that are not those of a packing certified in this lumen are examined; cells of a run that do
+/// not overlap are added as they were, with all vertices, others are the start of a packing.
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
                             return plugin::load(system, stateFile);
