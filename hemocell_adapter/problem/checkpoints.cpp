@@ -15,11 +15,12 @@ std::filesystem::path checkpointOf(const std::filesystem::path& state) {
 }
 
 bool isCheckpoint(const std::filesystem::path& file) {
-  return file.stem().extension() == mark;
+  return file.extension() == mark || file.stem().extension() == mark;  // a state may have no extension
 }
 
 std::filesystem::path resultOf(const std::filesystem::path& file) {
   if (!isCheckpoint(file)) return file;
+  if (file.extension() == mark) return file.parent_path() / file.stem();
   return file.parent_path() / (file.stem().stem().string() + file.extension().string());
 }
 

@@ -42,19 +42,29 @@ void flushFolder(const fs::path& folder) {
   ::close(descriptor);
 }
 
-/// Keeps the present content of `target` under another name; returns an empty path if there is no target.
-/// @param visible under its own name, too, until another file replaces it
-fs::path keepAside(const fs::path& target, bool visible) {
+/// Gives the present content of `target` another name; returns an empty path if there is no target. If the
+/// file system has no hard links, the first name is gone.
+fs::path keepAside(const fs::path& target) {
   struct stat info;
   if (::lstat(target.c_str(), &info) != 0) return {};
   if (S_ISDIR(info.st_mode)) failToWrite(target, "cannot be replaced", EISDIR);
   const NewFile backup(target, "old");
   ::close(backup.descriptor);
   ::unlink(backup.path.c_str());
-  // A second name for the same file; if the file system has no hard links, the file is renamed instead.
-  if (visible && ::link(target.c_str(), backup.path.c_str()) == 0) return backup.path;
-  if (::rename(target.c_str(), backup.path.c_str()) != 0) failToWrite(target, "cannot be replaced", errno);
+  if (::link(target.c_str(), backup.path.c_str()) != 0 && ::rename(target.c_str(), backup.path.c_str()) != 0)
+    failToWrite(target, "cannot be replaced", errno);
   return backup.path;
+}
+
+/// Gives a content its name again. If that is impossible, the backup stays: it is the only copy.
+void putBack(const fs::path& backup, const fs::path& target) {
+  bool isBack = ::rename(backup.c_str(), target.c_str()) == 0;
+  if (!isBack) {  // a disk that fails may still take links
+    ::unlink(target.c_str());
+    isBack = ::link(backup.c_str(), target.c_str()) == 0;
+  }
+  // rename() between two names of the same file does nothing: remove the second name.
+  if (isBack) ::unlink(backup.c_str());
 }
 
 }  // namespace
@@ -126,26 +136,27 @@ void AtomicFiles::take(AtomicFiles& others) {
 void AtomicFiles::commit() {
   std::vector<fs::path> backups(entries_.size());
   std::size_t done = 0;
-  const auto putBack = [&] {
+  const auto undo = [&] {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (!backups[i].empty())
-        ::rename(backups[i].c_str(), entries_[i].target.c_str());
+        putBack(backups[i], entries_[i].target);
       else if (i < done && entries_[i].aside.empty())
         ::unlink(entries_[i].target.c_str());
-      // rename() between two names of the same file does nothing: remove the second name.
-      if (!backups[i].empty()) ::unlink(backups[i].c_str());
     }
   };
   try {
-    const bool single = entries_.size() == 1 && entries_.front().aside.empty();
-    for (std::size_t i = 0; i < entries_.size(); ++i) backups[i] = keepAside(entries_[i].target, single);
+    for (std::size_t i = 0; i < entries_.size(); ++i) backups[i] = keepAside(entries_[i].target);
+    const bool single = entries_.size() == 1 && entries_.front().aside.empty();  // is replaced in place
+    for (std::size_t i = 0; i < entries_.size() && !single; ++i)
+      if (!backups[i].empty() && ::unlink(entries_[i].target.c_str()) != 0 && errno != ENOENT)
+        failToWrite(entries_[i].target, "cannot be replaced", errno);
     for (; done < entries_.size(); ++done) {
       const Entry& entry = entries_[done];
       if (entry.aside.empty() && ::rename(entry.temporary.c_str(), entry.target.c_str()) != 0)
         failToWrite(entry.target, "cannot be renamed to its final name", errno);
     }
   } catch (...) {
-    putBack();
+    undo();
     throw;
   }
   for (std::size_t i = 0; i < entries_.size(); ++i) {
