@@ -62,7 +62,7 @@ def test_interrupted_state(tmp_path):
     (tmp_path / "copy.checkpoint.h5").write_bytes(saved.read_bytes())
     assert (packmesh.pack(**problem, restart=saved).positions == whole.positions).all()
     assert (packmesh.pack(restart=tmp_path / "copy.checkpoint.h5").positions == whole.positions).all()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["copy.h5", "state.h5"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["copy.checkpoint.h5", "state.h5"]  # a copy is the user's
     assert (packmesh.load(tmp_path / "state.h5").positions == whole.positions).all()
 
 
