@@ -42,7 +42,7 @@ class FaultList {
 class CheckReport {
  public:
   CheckReport(const Problem& problem, const FoundCells& found)
-      : problem_(problem), found_(found), examination_(examine(problem, found.cells)) {}
+      : problem_(problem), found_(found), examination_(examine(problem, found.cells, found.loading)) {}
 
   bool print() {
     printHead();
@@ -64,7 +64,7 @@ class CheckReport {
                                 : "none, cells are not inside"));
     log::info(fmt::format(
         "Verdict: {}{}{}", clean() ? "clean" : "not clean",
-        examination_.droppedIsFault || dropped() == 0
+        !clean() || dropped() == 0
             ? ""
             : fmt::format(". HemoCell will delete {} cell{} that cross{} periodic faces, as expected",
                           dropped(), dropped() == 1 ? "" : "s", dropped() == 1 ? "es" : ""),
@@ -210,7 +210,8 @@ class CheckReport {
     const std::vector<std::int64_t> kept = this->kept().kept;
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       const std::int64_t total = found_.counts[s];
-      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept[s], total, problem_.species[s].name);
+      std::string text =
+          fmt::format("{} {} of {} {}", keeperText(found_.loading), kept[s], total, problem_.species[s].name);
       for (const auto& [reason, count] : reasons[s].reasons)
         text += fmt::format("; deletes {}: {}", count, reason);
       if (problem_.lumen.keptBox && kept[s] < total)

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
@@ -38,6 +39,20 @@ RealisationFigures figuresOf(const Packing& packing) {
           packing.times.wall};
 }
 
+/// How cells are packed of which HemoCell keeps all: those of .pos files with closed ends, where that is
+/// possible.
+std::string remedyOfDropped(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const std::string plugIn = "the plug-in (packmesh::loadParticles) keeps all of them";
+  const bool needsPeriod = packing.before || problem.request.inColumns ||
+                           std::any_of(problem.species.begin(), problem.species.end(),
+                                       [](const CellSpecies& species) { return !species.fixed.empty(); });
+  if (needsPeriod) return plugIn;
+  return fmt::format(
+      "{} packs cells that it keeps, {}",
+      problem.request.packCellsConventions ? "--keep-all (or the name packMesh)" : "--ends closed", plugIn);
+}
+
 /// For cells that cross periodic faces.
 void warnOfDropped(const Packing& packing) {
   const Problem& problem = *packing.problem;
@@ -46,10 +61,10 @@ void warnOfDropped(const Packing& packing) {
   };
   log::warning(fmt::format(
       "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
-      "periodic face when it loads them; {} packs cells that it keeps",
+      "periodic face when it loads them from .pos files; {}",
       sum(packing.kept.kept), sum(packing.cells.tally.counts),
       tallyOf(problem, packing.kept.kept, packing.kept.excess).redMesh / problem.referenceVolume(),
-      problem.request.packCellsConventions ? "--keep-all (or the name packMesh)" : "--ends closed"));
+      remedyOfDropped(packing)));
 }
 
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
@@ -136,11 +151,13 @@ void requireWritableFolders(const Request& request, const Communicator& ranks) {
   });
 }
 
-void tellForecast(const Problem& problem) {
-  for (const std::string& line : forecastLines(problem, problem.ranks.size())) log::info(line);
+ExitCode tellForecast(const Problem& problem) {
+  const ForecastText forecast = forecastText(problem, problem.ranks.size());
+  for (const std::string& line : forecast.lines) log::info(line);
   log::info("A dry run: nothing was packed or written");
   if (const auto seconds = forecastOf(problem).seconds)
     log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
+  return forecast.impossible && !problem.request.bestEffort ? ExitCode::outOfReach : ExitCode::ok;
 }
 
 /// Packs and writes.
@@ -181,8 +198,7 @@ RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
   for (const std::string& line : headLines(*problem)) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", session.timer().cpu()));
   if (!request.dryRun) return packAndWrite(session, problem);
-  tellForecast(*problem);
-  return {};
+  return {tellForecast(*problem), {}};
 }
 
 }  // namespace

@@ -50,6 +50,14 @@ void tellHolder(int descriptor) {
     log::detail("The lock file cannot be written: " + std::string(std::strerror(errno)));
 }
 
+/// Removes what runs that were killed have left in a folder.
+template <class Chosen>
+void removeTemporary(const fs::path& folder, const Chosen& chosen) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored))
+    if (chosen(entry.path())) fs::remove(entry.path(), ignored);
+}
+
 }  // namespace
 
 /// A signal that ends the run finds the file either registered or not its own.
@@ -115,6 +123,7 @@ RunLock RunLock::ofFolder(const fs::path& folder) {
   RunLock lock;
   lock.makeFolder(folder);
   lock.take(folder / ".packMesh.lock", folder, "into this folder", "write into another one (--output-dir)");
+  removeTemporary(folder, [](const fs::path& file) { return isAbandoned(file, "new"); });
   return lock;
 }
 
@@ -122,11 +131,9 @@ RunLock RunLock::ofFile(const fs::path& file) {
   RunLock lock;
   lock.makeFolder(file.parent_path());
   lock.take(lockName(file), file, "it", "write another one (--state)");
-  std::error_code ignored;
-  for (const auto& entry :
-       fs::directory_iterator(file.has_parent_path() ? file.parent_path() : fs::path("."), ignored))
-    if (isTemporaryOf(entry.path(), file, "new") || isTemporaryOf(entry.path(), checkpointOf(file), "new"))
-      fs::remove(entry.path(), ignored);
+  removeTemporary(file.parent_path(), [&](const fs::path& one) {
+    return isTemporaryOf(one, file, "new") || isTemporaryOf(one, checkpointOf(file), "new");
+  });
   return lock;
 }
 

@@ -27,10 +27,10 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::ok, "certified and written; check: no violations"},
     {ExitCode::usage, "the command line is invalid"},
     {ExitCode::badInput, "a file or a value in it is invalid"},
-    {ExitCode::outOfReach, "not feasible within the limits: nothing written, unless --best-effort"},
+    {ExitCode::outOfReach, "not feasible, or not within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
      "check found overlap, cells outside the lumen, gaps below the required clearance, or cells that "
-     "HemoCell deletes (not counted where cells can cross periodic faces)"},
+     "HemoCell deletes (other than by crossing a periodic face)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::notConnected, "several copies were started, but not as ranks of MPI: nothing written"},
     {ExitCode::internal, "internal error"},
@@ -39,6 +39,12 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
 
 /// The command line is invalid.
 class UsageError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// More cells are requested than any packing has.
+class InfeasibleError : public InputError {
  public:
   using InputError::InputError;
 };

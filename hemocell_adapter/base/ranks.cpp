@@ -25,6 +25,8 @@ Failure failureOfException() {
     return {error.code(), error.what()};
   } catch (const UsageError& error) {
     return {ExitCode::usage, error.what()};
+  } catch (const InfeasibleError& error) {
+    return {ExitCode::outOfReach, error.what()};
   } catch (const OutputError& error) {
     return {ExitCode::cannotWrite, error.what()};
   } catch (const InputError& error) {

@@ -23,11 +23,16 @@ int nodesWithin(int minimumDistance, double dx) {
 }
 
 /// The node that HemoCell tests for a vertex [µm]; empty if rule 1 already deletes the cell.
-std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) {
+std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice,
+                                         const std::array<bool, 3>& periodic) {
   const std::array<int, 3> nodes = lattice.nodes();
   std::array<int, 3> node;
   for (int k = 0; k < 3; ++k) {
-    const double u = p[k] / lattice.dx();
+    double u = p[k] / lattice.dx();
+    if (periodic[k] && std::isfinite(u)) {
+      u -= nodes[k] * std::ceil((u + 0.5) / nodes[k] - 1.0);
+      u = std::clamp(u, 0.0, nodes[k] - 0.5);  // within half a node of the first: as the first
+    }
     if (!(u > -0.5 && u <= nodes[k] - 0.5)) return {};
     // Rounds as HemoCell does. NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative here
     node[k] = std::min(static_cast<int>(u + 0.5), nodes[k] - 1);
@@ -202,12 +207,14 @@ Acceptance::Acceptance(std::shared_ptr<const Lattice> lattice, int minimumDistan
       allowed_(lattice_->eroded(nodesWithin(minimumDistanceFromSolid, lattice_->dx()))),
       minimumDistance_(minimumDistanceFromSolid) {}
 
-std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertices) const {
+std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertices,
+                                                 const AcceptanceExceptions& except) const {
+  const Lattice& allowed = except.anyDistance ? *lattice_ : allowed_;
   for (const Vec3& p : vertices) {
-    const auto node = nodeOf(p, allowed_);
+    const auto node = nodeOf(p, allowed, except.periodic);
     if (!node) return "a vertex lies outside the lattice";
     const auto [i, j, k] = *node;
-    if (allowed_.fluid(i, j, k)) continue;
+    if (allowed.fluid(i, j, k)) continue;
     if (!lattice_->fluid(i, j, k)) return "a vertex lies on a wall node";
     return fmt::format("closer than {} µm to a solid node", minimumDistance_);
   }

@@ -2,6 +2,7 @@
 /// @file HemoCell's rules for accepting cells of a .pos file, and a wall that enforces them.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,12 @@
 #include "packMesh/container/container.h"
 
 namespace packmesh::hemocell {
+
+/// Exceptions from the rules of Acceptance.
+struct AcceptanceExceptions {
+  std::array<bool, 3> periodic{};  ///< axes along which rule 1 is void: vertices are wrapped
+  bool anyDistance = false;        ///< rule 3 is void
+};
 
 /// HemoCell's three rules for one species, for a vertex p in lattice units (µm/dx):
 /// 1. -0.5 < p <= n - 0.5 on all three axes, including periodic ones;
@@ -25,7 +32,8 @@ class Acceptance {
 
   /// Empty if HemoCell keeps a cell with these vertices [µm], otherwise the rule that deletes it ("a vertex
   /// lies outside the lattice", "a vertex lies on a wall node", "closer than 1 µm to a solid node").
-  std::optional<std::string> violation(const std::vector<Vec3>& vertices) const;
+  std::optional<std::string> violation(const std::vector<Vec3>& vertices,
+                                       const AcceptanceExceptions& except = {}) const;
 
   /// Fluid nodes here are the nodes whose vertices are kept.
   const Lattice& allowedNodes() const { return allowed_; }

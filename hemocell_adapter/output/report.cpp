@@ -110,7 +110,10 @@ Report reportOfKept(const Finished& done) {
   if (!knowsAcceptance(done.problem)) return nullptr;
   std::int64_t kept = 0;
   for (const std::int64_t n : done.kept.kept) kept += n;
-  Report all = {{"kept", kept}, {"dropped", done.result.cellCount - kept}};
+  Report all = {{"kept", kept},
+                {"dropped", done.result.cellCount - kept},
+                {"loadedBy", done.kept.loading == Loading::plugIn ? "plug-in" : ".pos files"},
+                {"asExpected", done.kept.asExpected()}};
   all["reasons"] = Report::array();
   for (const auto& [reason, cells] : done.kept.reasons)
     all["reasons"].push_back({{"reason", reason}, {"cells", cells}});

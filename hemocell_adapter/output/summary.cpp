@@ -26,6 +26,10 @@ std::string distanceLine(const CellSpecies& species) {
                      species.minimumDistanceFromSolid, species.distanceFromSolidOrigin);
 }
 
+const char* keeperText(Loading loading) {
+  return loading == Loading::plugIn ? "With loadParticles() HemoCell keeps" : "HemoCell keeps";
+}
+
 std::string gapText(double gap, double measuredUpTo) {
   if (std::isinf(gap)) return fmt::format("more than {:g} µm", measuredUpTo);
   return fmt::format("{:.6f} µm", gap);
@@ -290,7 +294,7 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
       all += tally.counts[s];
       keeps += kept.kept[s];
     }
-    std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
+    std::string text = fmt::format("{} {} of {} cells", keeperText(kept.loading), keeps, all);
     if (keeps < all) {
       for (const auto& [reason, count] : kept.reasons) text += fmt::format("; deletes {}: {}", count, reason);
       if (problem.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", problem.request.dx);

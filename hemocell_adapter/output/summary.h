@@ -20,11 +20,20 @@ struct RunTimes {
 
 /// Number of cells in `cells` that HemoCell keeps, per species.
 struct Kept {
+  Loading loading = Loading::posFiles;
   std::vector<std::int64_t> kept;
   std::vector<double> excess;  ///< of these cells, see excessVolumes() [µm³]
   std::vector<std::pair<std::string, std::int64_t>>
       reasons;  ///< why the others are deleted, with their number
+
+  /// Whether the others do nothing but cross a periodic face.
+  bool asExpected() const {
+    return reasons.empty() || (reasons.size() == 1 && reasons.front().first == crossesFace);
+  }
 };
+
+/// "HemoCell keeps", or who makes it keep them.
+const char* keeperText(Loading loading);
 
 /// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
 /// @param clearances that were kept @param tally of what was (or would be) written, with its certificate

@@ -281,10 +281,10 @@ Filling fill(const System& system, const Request& request) {
   });
 }
 
-Filling load(const System& system, const std::string& stateFile) {
+Filling load(const System& system, const std::string& stateFile, bool leavesOut) {
   return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
-    return distributed(hemocell::fillFromState(simulation, stateFile, ranks), system, *simulation->running,
-                       ranks);
+    return distributed(hemocell::fillFromState(simulation, stateFile, leavesOut, ranks), system,
+                       *simulation->running, ranks);
   });
 }
 

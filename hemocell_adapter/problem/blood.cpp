@@ -89,6 +89,7 @@ class Piece {
     Vec3 p = pose.position;
     for (int k = 0; k < 3; ++k)
       if (period_[k] > 0.0) p[k] -= period_[k] * std::floor((p[k] - low_[k]) / period_[k]);
+    poll();
     const Vec3 at = from_ + stretch_.cwiseProduct(turned(p - low_));
     const Quaternion orientation = (turn_ * pose.orientation).normalized();
     for (int x = first_[0]; x <= last_[0]; ++x)
@@ -140,7 +141,7 @@ Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
     const Wall* const wall = problem.lumen.container->wall();
     fits[i] = !(wall &&
                 wall->examine({problem.shapeOf(cell.species).hierarchy(), cell.placement}, 0.0).violation) &&
-              !(keepsAll(problem) && hemocellViolation(problem, cell));
+              !hemocellViolation(problem, cell, Loading::plugIn);
   });
   // Cells that exist already stay.
   std::vector<PlacedCell> cells;
@@ -161,6 +162,21 @@ Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
   for (std::size_t i = 0; i < numbers.size(); ++i)
     (leaves[others + i] ? found.crowded : found.apart).push_back(numbers[i]);
   return found;
+}
+
+/// Refuses a piece that is thinner than its cells: they would overlap with their own copies.
+void requireWide(const StateCells& blood, const std::string& file) {
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const StateCells::Kind& kind : blood.species)
+    thinnest = std::min(thinnest, boundingBox(kind.mesh).size().minCoeff());
+  for (int k = 0; k < 3; ++k) {
+    const double step = blood.period[k] > 0.0 ? blood.period[k] : blood.box.size()[k];
+    if (step < 0.5 * thinnest)
+      throw InputError(
+          fmt::format("{}: its cells would be repeated every {:.4g} µm along {}, which is less than they are "
+                      "thick: is its lumen that of its cells?",
+                      file, step, "xyz"[k]));
+  }
 }
 
 /// How many cells of each kind of the piece there are to be, unless that is requested: those that fit, or, if
@@ -203,6 +219,7 @@ void addBlood(Problem& problem) {
   StateCells blood = readStateCells(*problem.request.blood, Communicator());
   if (blood.box.empty() || !(blood.box.size().minCoeff() > 0.0))
     throw InputError(file + ": has no lumen whose size its cells could be repeated by");
+  requireWide(blood, file);
   const Piece piece(blood, problem);
   if (piece.repeatsWalls() && !problem.request.profile)
     problem.notices.push_back(
@@ -221,6 +238,7 @@ void addBlood(Problem& problem) {
   std::vector<PresentCell> cells(blood.cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Cell& cell = blood.cells[i];
+    cells[i] = posLineOf(cell.pose);
     cells[i].vertices = std::move(cell.vertices);
     if (!cells[i].vertices.empty())
       meshes.push_back({&cells[i], speciesOf[cell.species], &blood.species[cell.species].mesh.triangles});

@@ -56,7 +56,10 @@ Lumen boxLumen(const Request& request) {
   std::array<int, 3> nodes{};
   for (int k = 0; k < 3; ++k) {
     const double steps = std::floor((*request.boxSize)[k] / request.dx * (1 + relativeRounding));
-    nodes[k] = int(std::clamp(steps, 1.0, 1e9)) + (hasWall(walls, k) ? 1 : 0);
+    if (steps > 1e9)
+      throw InputError(fmt::format("the box is {:.6g} µm along {}, {:.3g} lattice spacings (dx {:.6g} µm)",
+                                   (*request.boxSize)[k], "xyz"[k], steps, request.dx));
+    nodes[k] = int(std::max(steps, 1.0)) + (hasWall(walls, k) ? 1 : 0);
   }
   for (int k = 0; k < 3; ++k)
     if (!request.periodicEnds.value_or(false) && (*request.boxSize)[k] * (1 + relativeRounding) < request.dx)

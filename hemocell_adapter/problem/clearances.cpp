@@ -2,6 +2,7 @@
 #include "hemocell_adapter/problem/clearances.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace packmesh::hemocell {
 namespace {
@@ -73,6 +74,10 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const P
 bool triesMoreClearance(const Request& request) {
   return !request.packCellsConventions && !request.escape &&
          (request.choosesClearance() || request.choosesWallClearance() || request.largestClearance);
+}
+
+double leastWallRoom(const Request& request) {
+  return *std::prev(std::end(shares), 2) * wallRoom * request.dx;
 }
 
 std::vector<Clearances> clearanceLevels(const Problem& problem) {

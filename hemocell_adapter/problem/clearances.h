@@ -18,6 +18,9 @@ namespace packmesh::hemocell {
 /// with escapes, each of which takes as long as a complete packing.
 std::vector<Clearances> clearanceLevels(const Problem& problem);
 
+/// The least clearance to a solid wall that packing aims at if none is demanded [µm].
+double leastWallRoom(const Request& request);
+
 /// Whether packing aims at larger clearances than demanded, if they can be achieved.
 bool triesMoreClearance(const Request& request);
 

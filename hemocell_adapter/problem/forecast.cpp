@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/problem/parts.h"
@@ -262,7 +263,7 @@ std::string roomText(const Problem& problem, const Forecast& forecast) {
   return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast), ". "));
 }
 
-std::vector<std::string> forecastLines(const Problem& problem, int ranks) {
+ForecastText forecastText(const Problem& problem, int ranks) {
   LumenSample sample(*problem.lumen.container);
   const Forecast f = forecastOf(problem, sample);
   std::vector<std::string> lines = roomLines(problem, f);
@@ -315,7 +316,7 @@ std::vector<std::string> forecastLines(const Problem& problem, int ranks) {
   if (problem.request.realisations > 1)
     lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
                                 problem.request.realisations));
-  return lines;
+  return {std::move(lines), never.has_value()};
 }
 
 }  // namespace packmesh::hemocell

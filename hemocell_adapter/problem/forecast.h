@@ -35,7 +35,11 @@ Forecast forecastOf(const Problem& problem);
 /// "The request: 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
 std::string roomText(const Problem& problem, const Forecast& forecast);
 
-/// The lines printed by `--dry-run`.
-std::vector<std::string> forecastLines(const Problem& problem, int ranks);
+/// What `--dry-run` prints.
+struct ForecastText {
+  std::vector<std::string> lines;
+  bool impossible = false;  ///< no method can pack all cells
+};
+ForecastText forecastText(const Problem& problem, int ranks);
 
 }  // namespace packmesh::hemocell

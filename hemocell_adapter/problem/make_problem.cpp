@@ -177,6 +177,10 @@ void preparePacking(Problem& problem) {
   if (request.profile && !request.regions.empty())
     throw InputError(request.regions.front().body.where +
                      ": regions and a profile (--profile, <profile>) exclude each other");
+  if (request.profile && request.inColumns)
+    throw InputError(
+        "--order columns (<order>) and a profile (--profile, <profile>) exclude each other: both determine "
+        "where the cells are");
   problem.lumen.regions = makeRegions(request, problem.lumen, problem.repairs);
   if (request.dischargeHematocrit) chooseTubeHematocrit(problem);
   resolveCounts(problem);

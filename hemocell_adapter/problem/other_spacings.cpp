@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "hemocell_adapter/hemocell/inflation.h"
@@ -21,10 +22,12 @@ int scaledNodes(double nodes, double dx, double other, const std::string& what) 
   constexpr double rounding = 1e-9;  // of spacings and their ratio
   const double scaled = nodes * dx / other;
   if (std::abs(scaled - std::round(scaled)) > rounding * scaled || !(std::round(scaled) >= 1.0))
-    throw InputError(fmt::format(
-        "--also-dx {:.15g}: {} {:.15g} at dx {:.15g} µm is {:.15g} µm, which is not a whole number of nodes "
-        "at that spacing",
-        other, what, nodes, dx, nodes * dx));
+    throw InputError(
+        fmt::format("{} {:.15g} at dx {:.15g} µm is {:.15g} µm, which is not a whole number of nodes "
+                    "at that spacing",
+                    what, nodes, dx, nodes * dx));
+  if (scaled > std::numeric_limits<int>::max())
+    throw InputError(fmt::format("{} {:.15g} would be {:.4g} nodes at that spacing", what, nodes, scaled));
   return int(std::round(scaled));
 }
 
@@ -153,9 +156,10 @@ void addOtherSpacings(const Request& request, const Case* simulation,
           "--also-dx {:.15g}: other spacings are for cases and boxes with closed ends: HemoCell deletes "
           "cells across periodic ends, and the frame of a pre-inlet follows from its nodes",
           other));
-    const Refined at = refined(request, simulation, other);
-    const Case* refinedCase = at.simulation ? &*at.simulation : nullptr;
-    const Lumen there = makeLumen(at.request, refinedCase, {});
+    const Lumen there = located(fmt::format("--also-dx {:.15g}", other), [&] {
+      const Refined at = refined(request, simulation, other);
+      return makeLumen(at.request, at.simulation ? &*at.simulation : nullptr, {});
+    });
     if (!simulation) {
       Box& kept = *lumen.keptBox;
       const Box own = there.keptBox->grownBy(-2.0 * inflation * std::max(0.0, other - request.dx));

@@ -8,6 +8,13 @@
 #include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
+namespace {
+
+/// Least volume of a deformed cell, as a part of that of the template. HemoCell keeps volumes up to a per
+/// mille; in a flat cell distances cannot be sampled.
+constexpr double leastVolume = 0.01;
+
+}  // namespace
 
 void addOwnMeshes(Problem& problem, const std::vector<OwnMesh>& meshes, const std::string& file) {
   for (const OwnMesh& mesh : meshes)
@@ -24,12 +31,18 @@ void addOwnMeshes(Problem& problem, const std::vector<OwnMesh>& meshes, const st
                                     std::make_shared<const Shape>(std::exchange(cell.vertices, {}),
                                                                   problem.species[meshes[i].species].shape)};
   });
-  for (std::size_t i = 0; i < meshes.size(); ++i)
-    if (!(problem.membranes[first + i].shape->volume() > 0.0))
-      throw InputError(
-          fmt::format("{}: the mesh of a cell '{}' near ({:.6g}, {:.6g}, {:.6g}) µm is inside out", file,
-                      problem.species[meshes[i].species].name, meshes[i].cell->position[0],
-                      meshes[i].cell->position[1], meshes[i].cell->position[2]));
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const Shape& shape = *problem.membranes[first + i].shape;
+    const double ofTemplate = problem.species[meshes[i].species].shape->volume();
+    if (shape.volume() >= leastVolume * ofTemplate) continue;
+    const Vec3& at = meshes[i].cell->position;
+    throw InputError(fmt::format(
+        "{}: the mesh of a cell '{}' near ({:.6g}, {:.6g}, {:.6g}) µm is {}", file,
+        problem.species[meshes[i].species].name, at[0], at[1], at[2],
+        shape.volume() < 0.0
+            ? "inside out"
+            : fmt::format("flat: it has {:.4g} µm³, the template {:.4g}", shape.volume(), ofTemplate)));
+  }
 }
 
 }  // namespace packmesh::hemocell

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/profile_source.h"
@@ -177,7 +178,7 @@ class Planning {
     for (int j = 0; j < plan_.shells(); ++j) {
       const double fraction = plan_.askedIn(j);
       if (fraction > Forecast::possible)
-        throw InputError(fmt::format(
+        throw InfeasibleError(fmt::format(
             "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
             "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile",
             plan_.source, plan_.edges[j], plan_.edges[j + 1], fraction, Forecast::possible));

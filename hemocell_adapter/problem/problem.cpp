@@ -65,32 +65,53 @@ bool knowsAcceptance(const Problem& problem) {
   return problem.lumen.lattice || problem.lumen.keptBox;
 }
 
-bool keepsAll(const Problem& problem) {
-  return problem.lumen.acceptedOnly && !problem.lumen.periodic;
+Loading loadingOf(const Problem& problem, const std::vector<PlacedCell>& own) {
+  const bool deformed = std::any_of(own.begin(), own.end(), [&](const PlacedCell& cell) {
+    return problem.speciesOf(cell.species) != cell.species;
+  });
+  return problem.ranks.any(deformed) ? Loading::plugIn : Loading::posFiles;
 }
 
-std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell) {
+namespace {
+
+/// The verdict on a cell where the lattice is repeated along these axes.
+std::optional<std::string> violationIn(const Problem& problem, const PlacedCell& cell, Loading loading,
+                                       const std::array<bool, 3>& periodic) {
   const CellSpecies& species = problem.species[problem.speciesOf(cell.species)];
   const Shape& shape = problem.shapeOf(cell.species);
   const auto vertices = [&] { return placedVertices(shape.mesh(), cell.placement); };
   if (species.acceptance) {
-    if (auto violation = species.acceptance->violation(vertices())) return violation;
-    return violationElsewhere(species, problem.lumen, cell.placement,
-                              shape.undeformed() ? &shape.mesh() : nullptr);
+    const bool deformed = shape.undeformed() != nullptr;
+    if (auto violation =
+            species.acceptance->violation(vertices(), {periodic, loading == Loading::plugIn && deformed}))
+      return violation;
+    return violationElsewhere(species, problem.lumen, cell.placement, deformed ? &shape.mesh() : nullptr);
   }
   if (problem.lumen.keptBox) {
     const Sphere sphere = boundingSphere(shape.hierarchy(), cell.placement);
     if (problem.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};
-    for (const Vec3& p : vertices()) {
-      const bool kept = (p.array() > problem.lumen.keptBox->lo.array()).all() &&
-                        (p.array() <= problem.lumen.keptBox->hi.array()).all();
-      if (!kept) return "a vertex lies outside the lattice";
-    }
+    for (const Vec3& p : vertices())
+      for (int k = 0; k < 3; ++k)
+        if (!periodic[k] && !(p[k] > problem.lumen.keptBox->lo[k] && p[k] <= problem.lumen.keptBox->hi[k]))
+          return "a vertex lies outside the lattice";
   }
   return {};
 }
 
-void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells,
+}  // namespace
+
+std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell,
+                                             Loading loading) {
+  const auto inFiles = loading == Loading::posFiles ? violationIn(problem, cell, loading, {}) : std::nullopt;
+  if (loading == Loading::posFiles && (!inFiles || !problem.lumen.periodic)) return inFiles;
+  std::array<bool, 3> periodic{};
+  for (int k = 0; k < 3; ++k) periodic[k] = problem.lumen.container->period()[k] > 0.0;
+  auto violation = violationIn(problem, cell, loading, periodic);
+  if (!violation && inFiles) return crossesFace;
+  return violation;
+}
+
+void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells, Loading loading,
                     const std::function<void(std::size_t, const std::optional<std::string>&)>& visit) {
   constexpr std::size_t atATime = 8192;
   std::vector<std::optional<std::string>> violations(std::min(cells.size(), atATime));
@@ -100,7 +121,7 @@ void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells
         static_cast<std::int64_t>(count),
         [&](std::int64_t first, std::int64_t end, int) {
           for (std::int64_t i = first; i < end; ++i)
-            violations[i] = hemocellViolation(problem, cells[begin + i]);
+            violations[i] = hemocellViolation(problem, cells[begin + i], loading);
         },
         64);
     for (std::size_t i = 0; i < count; ++i) visit(begin + i, violations[i]);

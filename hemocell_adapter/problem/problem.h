@@ -90,11 +90,23 @@ std::string columnsInstead(const Problem& problem);
 /// species.
 Physics physicsOf(const Problem& problem);
 
+/// How cells come into HemoCell. Its loader of .pos files deletes those that cross a periodic face; the
+/// plug-in adds them, and also deformed cells that are nearer to a wall than the loader would accept.
+enum class Loading { posFiles, plugIn };
+
+/// How cells of a packing are loaded: if some have meshes of their own, by the plug-in. All ranks call.
+/// @param own of this rank
+Loading loadingOf(const Problem& problem, const std::vector<PlacedCell>& own);
+
+/// Why HemoCell deletes a cell whose one fault is to cross a periodic face. This is as expected; every other
+/// reason is a fault.
+inline constexpr const char* crossesFace = "crosses a periodic face";
+
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
-std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell);
+std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell, Loading loading);
 /// Calls visit(cell, violation) for each cell, in order, in the calling thread.
 void forEachVerdict(
-    const Problem& problem, const std::vector<PlacedCell>& cells,
+    const Problem& problem, const std::vector<PlacedCell>& cells, Loading loading,
     const std::function<void(std::size_t cell, const std::optional<std::string>& violation)>& visit);
 
 /// Axes along which the lumen of a problem ends other than at a wall.
@@ -102,8 +114,6 @@ std::array<bool, 3> endAxes(const Problem& problem);
 
 /// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Problem& problem);
-/// Whether HemoCell is to keep every cell: it is known, and none may cross a periodic face.
-bool keepsAll(const Problem& problem);
 
 /// Volumes and numbers of a set of cells.
 struct Tally {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "packMesh/core/error.h"
@@ -57,7 +58,7 @@ void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
   const bool fillsSpace =
       lumen.period().minCoeff() > 0.0 || lumen.volume() > (1.0 - rounding) * lumen.bounds().size().prod();
   if (part > densestKnown && byFormula && (fillsSpace || species.count >= many))
-    throw InputError(fmt::format(
+    throw InfeasibleError(fmt::format(
         "the requested cells '{}' fill {:.4f} of the lumen; no packing of such cells beyond {:.4f} is "
         "known. Reduce the number; --best-effort packs as many as possible",
         species.name, part, densestKnown));
@@ -104,8 +105,8 @@ void resolveCounts(Problem& problem) {
   }
   const double lumen = problem.lumen.container->volume();
   if (volume >= lumen) {
-    throw InputError(fmt::format("the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
-                                 volume, lumen));
+    throw InfeasibleError(fmt::format(
+        "the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³", volume, lumen));
   }
   if (!problem.request.bestEffort)
     for (const CellSpecies& species : problem.species) refuseBeyondKnown(species, *problem.lumen.container);

@@ -63,11 +63,22 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
 /// Warns of cells at the wall, which are soon lost.
 void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing,
                   const Problem& problem) {
-  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
-                    packing.clearances.membranes > levels.back().membranes;
-  if (room || packing.result.outcome != Outcome::certified || !problem.lumen.solidWalls ||
+  if (packing.result.outcome != Outcome::certified || !problem.lumen.solidWalls ||
       !problem.lumen.container->wall())
     return;
+  if (levels.size() == 1) {  // stated, or the cells stay where they are
+    const double gap = packing.result.certificate.minimumWallGap;
+    if (triesMoreClearance(problem.request) && problem.request.choosesWallClearance() &&
+        gap < leastWallRoom(problem.request))
+      log::warning(fmt::format(
+          "the cells stay where they were, the nearest {:.4f} µm from the wall: HemoCell silently deletes a "
+          "cell as soon as it moves onto a wall node. --wall-clearance {:.6g}, or less, moves them away",
+          gap, problem.request.dx));
+    return;
+  }
+  const bool room =
+      packing.clearances.wall > levels.back().wall || packing.clearances.membranes > levels.back().membranes;
+  if (room) return;
   log::warning(fmt::format(
       "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
       "HemoCell silently deletes a cell as soon as it moves onto a wall node. Fewer cells are lost at a "

@@ -64,7 +64,8 @@ Certificate certificateOf(const Problem& problem, const std::vector<PlacedCell>&
 }
 
 /// What HemoCell drops.
-void takeVerdicts(const Problem& problem, const std::vector<PlacedCell>& own, Examination& found) {
+void takeVerdicts(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading,
+                  Examination& found) {
   const Communicator& ranks = problem.ranks;
   std::vector<std::string> reasons;
   const auto indexOf = [](std::vector<std::string>& all, const std::string& reason) {
@@ -76,7 +77,7 @@ void takeVerdicts(const Problem& problem, const std::vector<PlacedCell>& own, Ex
   std::vector<Examination::Dropped> dropped;
   const std::int64_t first = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
   std::vector<char> isKept(own.size(), true);
-  forEachVerdict(problem, own, [&](std::size_t i, const std::optional<std::string>& violation) {
+  forEachVerdict(problem, own, loading, [&](std::size_t i, const std::optional<std::string>& violation) {
     isKept[i] = !violation;
     if (violation) dropped.push_back({first + static_cast<std::int64_t>(i), indexOf(reasons, *violation)});
   });
@@ -124,6 +125,7 @@ FoundCells readCells(const Problem& problem) {
                                : readPosShare(problem.request.output.folder / (species.name + ".pos"), ranks,
                                               problem.team, &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
+    if (isState(species.startFrom)) found.loading = Loading::plugIn;
     std::int64_t id = found.all + share.first;
     read.reserve(read.size() + share.lines.size());
     for (const PosLine& line : share.lines) {
@@ -154,7 +156,8 @@ bool Examination::keeps(std::int64_t cell) const {
   return at == dropped.end() || at->cell != cell;
 }
 
-Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept) {
+Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading,
+                    const Clearances& kept) {
   const Communicator& ranks = problem.ranks;
   Examination found;
   found.cells = ranks.sum(static_cast<std::int64_t>(own.size()));
@@ -165,7 +168,6 @@ Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, 
     found.overlaps = mostOverlaps(found.cells);
     pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
   }
-  found.droppedIsFault = keepsAll(problem);
   // A sum that does not depend on the ranks.
   std::vector<std::int64_t> counts(problem.species.size() + problem.membranes.size(), 0);
   for (const PlacedCell& cell : own) ++counts[cell.species];
@@ -173,7 +175,7 @@ Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, 
   found.certificate.cellVolume = 0.0;
   for (std::size_t s = 0; s < counts.size(); ++s)
     found.certificate.cellVolume += double(counts[s]) * problem.shapeOf(int(s)).volume();
-  takeVerdicts(problem, own, found);
+  takeVerdicts(problem, own, loading, found);
   return found;
 }
 

@@ -22,6 +22,7 @@ struct FoundCells {
   std::int64_t all = 0;              ///< of all ranks
   std::vector<std::int64_t> counts;  ///< of all ranks, per species
   std::vector<double> excess;        ///< of all ranks, see excessVolumes() [µm³]
+  Loading loading = Loading::posFiles;
 
   /// Species of a cell, given its number, and its number within the species.
   struct Place {
@@ -51,18 +52,23 @@ struct Examination {
   std::vector<Dropped> dropped;      ///< cells that HemoCell does not keep, in ascending order
   std::vector<std::string> reasons;  ///< why, in the order in which they occur
   std::vector<double> excess;        ///< of the cells that it keeps, see excessVolumes() [µm³]
-  bool droppedIsFault = false;       ///< whether HemoCell is to keep all
 
   bool keeps(std::int64_t cell) const;
-  bool clean() const { return certificate.clean() && (!droppedIsFault || dropped.empty()); }
+  /// Whether nothing is wrong. Cells that only cross a periodic face are deleted as expected.
+  bool clean() const {
+    return certificate.clean() &&
+           (dropped.empty() || (reasons.size() == 1 && reasons.front() == crossesFace));
+  }
 };
 
 /// Tests cells against the clearances that the problem demands: each rank those in a part of the lumen. The
 /// result is the same on all ranks, and on any number of them. If more pairs overlap than mostOverlaps(), the
 /// certificate lists only a few of them, so time and memory grow linearly with the cells. All ranks call.
 /// @param own cells of this rank, numbered in rank order
+/// @param loading how HemoCell gets them
 /// @param kept clearances that the packing kept, where these are wider: gaps are measured up to beyond them
 /// @throws InputError; AgreedFailure if there are several ranks
-Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept = {});
+Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading,
+                    const Clearances& kept = {});
 
 }  // namespace packmesh::hemocell

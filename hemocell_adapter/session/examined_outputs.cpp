@@ -10,6 +10,7 @@ namespace packmesh::hemocell {
 
 Kept keptOf(const FoundCells& found, const Examination& examination) {
   Kept all;
+  all.loading = found.loading;
   all.kept = found.counts;
   all.excess = examination.excess;
   for (const Examination::Dropped& one : examination.dropped) {

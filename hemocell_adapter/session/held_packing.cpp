@@ -168,7 +168,7 @@ HeldPacking completed(HeldPacking held) {
   for (const Membrane& membrane : problem->membranes) held.kindOf.push_back(held.kindOf[membrane.species]);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(problem->read.lineOf(result.poses[i]));
-  result.certificate = examine(*problem, result.cells).certificate;
+  result.certificate = examine(*problem, result.cells, loadingOf(*problem, result.cells)).certificate;
   std::vector<std::int64_t> counts = countsOf(*problem, result.cells);
   held.ranks.sum(counts);
   packing.cells.tally = tallyOf(*problem, std::move(counts), excessVolumes(*problem, result.cells));

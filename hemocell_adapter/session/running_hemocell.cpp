@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
+#include <sstream>
+#include <utility>
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
@@ -174,7 +177,7 @@ bool isCertifiedIn(const Container& lumen, const StateCells& state) {
 std::int64_t overlapsOf(const CompletedRequest& asked, const Communicator& ranks) {
   std::optional<Problem> problem;
   together(ranks, [&] { problem = problemToCheck(asked, ranks); });
-  return examine(*problem, readCells(*problem).cells).overlaps;
+  return examine(*problem, readCells(*problem).cells, Loading::plugIn).overlaps;
 }
 
 /// Warns of .pos files that HemoCell's own loader would read instead of the state, and that are of another
@@ -186,39 +189,70 @@ void warnOfOtherFiles(const std::filesystem::path& state) {
                              state.string(), fmt::join(other, " and "), other.size() == 1 ? "was" : "were"));
 }
 
-/// Cells of which HemoCell would delete a rigid one; of cells of a run, which may come nearer to the wall,
-/// those with their centres outside. @throws InputError
-void requireKept(const Problem& problem, const StateCells& state, const std::vector<Placement>& placements,
-                 const std::string& file) {
-  for (std::size_t i = 0; i < placements.size(); ++i)
-    for (std::size_t s = 0; s < problem.species.size(); ++s) {
-      const CellSpecies& species = problem.species[s];
-      if (species.name != state.species[state.cells[i].species].name) continue;
-      if (!state.cells[i].vertices.empty()) {
-        const Wall* const lumen = problem.lumen.container->wall();
-        const Vec3& center = placements[i].translation;
-        if (lumen && !(lumen->distance(center).distance > -problem.request.dx))
-          throw InputError(
-              fmt::format("{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm is outside of the fluid: is this a "
-                          "state of the same case?",
-                          file, species.name, center[0], center[1], center[2]));
-        continue;
-      }
-      const auto& own = problem.atDemanded.walls[s];
-      const Wall* wall = own ? own.get() : problem.lumen.container->wall();
-      if (!wall) continue;
-      if (const auto violation = wall->examine({species.shape->hierarchy(), placements[i]}, 0.0).violation)
-        throw InputError(fmt::format(
-            "{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm {}: is this a state of the same case?", file,
-            species.name, placements[i].translation[0], placements[i].translation[1],
-            placements[i].translation[2], *violation));
-    }
+/// Why HemoCell would delete a cell of a state at once, or why a rigid one is not inside the lumen; nothing
+/// if it is kept. Deformed cells of a run may be outside the surface of the wall, and nearer to it than
+/// HemoCell's loader accepts.
+std::optional<std::string> violationOf(const Problem& problem, int s, const Cell& cell,
+                                       const Placement& placement) {
+  const CellSpecies& species = problem.species[s];
+  if (!cell.vertices.empty()) {
+    std::vector<Vec3> vertices;
+    for (const Vec3& v : cell.vertices) vertices.push_back(placement(v));
+    return species.acceptance->violation(vertices, {problem.running()->periodic, true});
+  }
+  const auto& own = problem.atDemanded.walls[s];
+  const Wall* const wall = own ? own.get() : problem.lumen.container->wall();
+  if (!wall) return {};
+  return wall->examine({species.shape->hierarchy(), placement}, 0.0).violation;
+}
+
+/// This rank's cells of a state that HemoCell would delete: index, and "RBC 3 at (1, 2, 3) µm: a vertex lies
+/// on a wall node".
+std::vector<std::pair<std::size_t, std::string>> unkeptCells(const Problem& problem, const StateCells& state,
+                                                             const std::vector<Placement>& placements) {
+  std::vector<int> speciesOf;
+  std::vector<std::int64_t> firstOf(1, 0);  // cell of each kind in the file
+  for (const StateCells::Kind& kind : state.species) {
+    const auto same = [&](const CellSpecies& species) { return species.name == kind.name; };
+    const auto& all = problem.species;
+    speciesOf.push_back(int(std::find_if(all.begin(), all.end(), same) - all.begin()));
+    firstOf.push_back(firstOf.back() + kind.count);
+  }
+  std::vector<std::pair<std::size_t, std::string>> unkept;
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    const Cell& cell = state.cells[i];
+    const Vec3& at = placements[i].translation;
+    if (const auto violation = violationOf(problem, speciesOf[cell.species], cell, placements[i]))
+      unkept.emplace_back(
+          i, fmt::format("{} {} at ({:.6g}, {:.6g}, {:.6g}) µm: {}", state.species[cell.species].name,
+                         cell.id - firstOf[cell.species] + 1, at[0], at[1], at[2], *violation));
+  }
+  return unkept;
+}
+
+/// "HemoCell would delete 63 of its 96 cells: RBC 3 at ...; ... and 60 more". Empty if there are none. All
+/// ranks call. @param own lines of this rank's cells
+std::string unkeptText(const std::vector<std::pair<std::size_t, std::string>>& own, std::int64_t cells,
+                       const Communicator& ranks) {
+  constexpr std::size_t shown = 5;
+  const std::int64_t count = ranks.sum(std::int64_t(own.size()));
+  if (count == 0) return {};
+  std::string lines;
+  for (std::size_t i = 0; i < std::min(shown, own.size()); ++i) lines += own[i].second + '\n';
+  std::istringstream all([&] {
+    const std::vector<char> text = ranks.gatherAll(std::vector<char>(lines.begin(), lines.end()));
+    return std::string(text.begin(), text.end());
+  }());
+  std::string text = fmt::format("HemoCell would delete {} of its {} cells", count, cells), line;
+  for (std::size_t i = 0; i < shown && std::getline(all, line); ++i) text += (i ? "; " : ": ") + line;
+  if (count > std::int64_t(shown)) text += fmt::format("; and {} more", count - std::int64_t(shown));
+  return text;
 }
 
 }  // namespace
 
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
-                      const Communicator& ranks) {
+                      bool leavesOut, const Communicator& ranks) {
   const Timer timer;
   const RunningSystem& running = *simulation->running;
   StateCells state = readStateCells(file, ranks);
@@ -254,9 +288,10 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   CompletedRequest asTheyAre = withoutClearance(requested({}));
   asTheyAre.request.bestEffort = true;  // however dense
   bool certified = false;
+  std::vector<std::pair<std::size_t, std::string>> unkept;
   together(ranks, [&] {
     const Problem problem = problemToPack(asTheyAre);
-    requireKept(problem, state, filling.placements, file.string());
+    unkept = unkeptCells(problem, state, filling.placements);
     certified = isCertifiedIn(*problem.lumen.container, state);
   });
   if (!certified) {
@@ -266,11 +301,27 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
                                     pairs == 1 ? "s" : ""),
                         completed);
   }
+  const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  const std::string text = unkeptText(unkept, all, ranks);
+  together(ranks, [&] {
+    if (!text.empty() && !leavesOut)
+      throw InputError(
+          fmt::format("{}: {}. Is this a state of the same case? packmesh::Unkept::leaveOut, after the name "
+                      "of the file, adds the others",
+                      file.string(), text));
+  });
+  if (!text.empty()) {
+    log::warning(fmt::format("{}: {}; they are left out", file.string(), text));
+    for (auto cell = unkept.rbegin(); cell != unkept.rend(); ++cell) {
+      state.cells.erase(state.cells.begin() + std::ptrdiff_t(cell->first));
+      filling.placements.erase(filling.placements.begin() + std::ptrdiff_t(cell->first));
+    }
+  }
   for (Cell& cell : state.cells) cell.species = types[cell.species];
   filling.cells = std::move(state.cells);
   filling = numbered(std::move(filling), running.cells.size(), ranks);
   for (std::size_t t = 0; t < counts.size(); ++t)
-    log::info(fmt::format("{}: {} cells of {}", running.cells[t].name, counts[t], file.string()));
+    log::info(fmt::format("{}: {} cells of {}", running.cells[t].name, filling.counts[t], file.string()));
   log::info(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall", timer.cpu(), timer.wall()));
   return filling;
 }

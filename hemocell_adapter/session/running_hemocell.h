@@ -37,9 +37,11 @@ Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::stri
 /// the fluid nodes, and so are cells that all have meshes of their own; unless they were certified in this
 /// lumen, they are examined, too. Those that overlap, and others, are the start of a packing of the same
 /// cells.
+/// @param leavesOut cells that HemoCell would delete are left out, with a warning; otherwise they are an
+/// error
 /// @throws AgreedFailure, InputError. All ranks call
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
-                      const Communicator& ranks);
+                      bool leavesOut, const Communicator& ranks);
 
 /// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
 /// HemoCell; either all of them have vertices that are kept, or none.

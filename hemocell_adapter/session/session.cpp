@@ -28,6 +28,16 @@ std::string outOfTimeText(const Request& request, const Delivery& delivery) {
                      durationText(request.maxSeconds), delivery.nothing);
 }
 
+/// What fixed cells have to do with it: "; 149 cells are fixed, and no place was found for 1 further cell".
+std::string fixedText(const Problem& problem, const PackingResult& result) {
+  std::int64_t fixed = 0;
+  for (const CellSpecies& species : problem.species) fixed += std::int64_t(species.fixed.size());
+  const std::int64_t missing = problem.mostCells() - result.cellCount;
+  if (fixed == 0 || missing <= 0) return {};
+  return fmt::format("; {} cell{} fixed, and no place was found for {} further cell{}", fixed,
+                     fixed == 1 ? " is" : "s are", missing, missing == 1 ? "" : "s");
+}
+
 /// Why there is nothing to hand out if not all cells could be packed.
 std::string failureText(const Problem& problem, const PackingResult& result, const Tally& tally,
                         const Delivery& delivery) {
@@ -36,7 +46,7 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
   if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request, delivery);
   const Forecast forecast = forecastOf(problem);
-  return reachedText(problem, result, tally) +
+  return reachedText(problem, result, tally) + fixedText(problem, result) +
          (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
                                 : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? columnsInstead(problem) : "") + ". " +
@@ -64,11 +74,9 @@ void requireEnough(const Problem& problem, const PackingResult& result, const Ta
 
 /// @throws AgreedFailure if the certificate is not clean and complete, or if HemoCell would delete cells of a
 /// packing of which it keeps all
-void requireVerified(const Problem& problem, const PackingResult& result, const Kept& kept,
-                     const Delivery& delivery) {
-  const bool allKept = kept.reasons.empty();
+void requireVerified(const PackingResult& result, const Kept& kept, const Delivery& delivery) {
   const bool complete = result.certificate.cells == result.cellCount;
-  if (result.certificate.clean() && complete && (allKept || !keepsAll(problem))) return;
+  if (result.certificate.clean() && complete && kept.asExpected()) return;
   throw AgreedFailure(
       {ExitCode::internal,
        fmt::format(
@@ -76,7 +84,7 @@ void requireVerified(const Problem& problem, const PackingResult& result, const 
            "cells misplaced, HemoCell would delete some: {}); {}. This is an internal error; please report "
            "it with the command",
            result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
-           result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first,
+           result.certificate.misplaced.size(), kept.asExpected() ? "no" : kept.reasons.front().first,
            delivery.nothing)});
 }
 
@@ -174,9 +182,10 @@ Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts pa
   done.cells = counted(*done.problem, done.result);
   const Tally& tally = done.cells.tally;
   requireEnough(*done.problem, done.result, tally, delivery_);
-  done.kept = delivery_.countedLater ? Kept{tally.counts, excessVolumes(*done.problem, done.result.cells), {}}
-                                     : keptOf(*done.problem, done.result.cells);
-  requireVerified(*done.problem, done.result, done.kept, delivery_);
+  done.kept = delivery_.countedLater
+                  ? Kept{Loading::plugIn, tally.counts, excessVolumes(*done.problem, done.result.cells), {}}
+                  : keptOf(*done.problem, done.result.cells);
+  requireVerified(done.result, done.kept, delivery_);
   return done;
 }
 
@@ -207,22 +216,25 @@ Packing Session::repeatedInTiles(Packing before, bool withState) const {
 
 Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   Kept own;
+  own.loading = loadingOf(problem, cells);
   own.kept.assign(problem.species.size(), 0);
   own.excess.assign(problem.species.size(), 0.0);
   if (!knowsAcceptance(problem)) return own;
   std::vector<char> isKept(cells.size(), true);
-  forEachVerdict(problem, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
-    isKept[i] = !violation;
-    if (violation) {
-      countReason(own, *violation, 1);
-    } else {
-      ++own.kept[problem.speciesOf(cells[i].species)];
-    }
-  });
+  forEachVerdict(problem, cells, own.loading,
+                 [&](std::size_t i, const std::optional<std::string>& violation) {
+                   isKept[i] = !violation;
+                   if (violation) {
+                     countReason(own, *violation, 1);
+                   } else {
+                     ++own.kept[problem.speciesOf(cells[i].species)];
+                   }
+                 });
   std::string text;
   for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
   const std::vector<char> all = problem.ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
   Kept kept;
+  kept.loading = own.loading;
   kept.kept = std::move(own.kept);
   problem.ranks.sum(kept.kept);
   kept.excess = excessVolumes(problem, cells, [&](std::size_t i) { return isKept[i]; });

@@ -2,11 +2,14 @@
 #include "packMesh/core/temporary_name.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 
 namespace packmesh {
 namespace {
@@ -56,6 +59,19 @@ bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::pat
   const std::string name = file.filename().string(), prefix = prefixOf(target);
   return name.compare(0, prefix.size(), prefix) == 0 && name.find('~', prefix.size()) == name.npos &&
          file.extension() == "." + kind;
+}
+
+bool isAbandoned(const std::filesystem::path& file, const std::string& kind) {
+  const std::string name = file.filename().string(), host = "~" + beginning(hostName(), longestHost) + ".";
+  const std::size_t tilde = name.rfind('~');
+  if (name.empty() || name[0] != '.' || tilde == name.npos || file.extension() != "." + kind ||
+      name.compare(tilde, host.size(), host) != 0)
+    return false;
+  const char* const number = name.c_str() + tilde + host.size();
+  char* end = nullptr;
+  const long process = std::strtol(number, &end, 10);
+  return end != number && *end == '-' && process > 0 && ::kill(static_cast<pid_t>(process), 0) != 0 &&
+         errno == ESRCH;
 }
 
 std::filesystem::path lockName(const std::filesystem::path& target) {

@@ -15,6 +15,9 @@ std::filesystem::path temporaryName(const std::filesystem::path& target, int num
 bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::path& target,
                    const std::string& kind);
 
+/// True if `file` is a temporary file of a process of this machine that has ended.
+bool isAbandoned(const std::filesystem::path& file, const std::string& kind);
+
 /// The name of a lock on `target`, next to it.
 std::filesystem::path lockName(const std::filesystem::path& target);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -123,13 +124,13 @@ void checkStock(const EscapeSettings& escape, std::size_t species) {
 void checkFixed(const Physics& physics, const Threads& threads) {
   std::vector<PlacedCell> cells;
   std::vector<std::string> names;
+  std::map<std::string, std::int64_t> numbers;  // cells with meshes of their own are species of one name
   for (std::size_t s = 0; s < physics.species.size(); ++s) {
     const Species& species = physics.species[s];
     if (!species.freedom.fixed) continue;
     for (const Pose& pose : species.start) {
       cells.push_back({static_cast<int>(s), physics.placement(pose)});
-      names.push_back("cell " + std::to_string(&pose - species.start.data() + 1) + " of '" + species.name +
-                      "'");
+      names.push_back("cell " + std::to_string(++numbers[species.name]) + " of '" + species.name + "'");
     }
   }
   if (cells.empty()) return;

@@ -113,16 +113,19 @@ Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::
     largestExtra_ = std::max(largestExtra_, static_cast<double>(extra));
   state_.blocks = blocks_.counts();
   for (const Species& species : physics.species) radii_.push_back(species.shape->radius());
+  for (std::size_t s = 0; s < state_.counts.size(); ++s)
+    if (physics.species[s].freedom.fixed) fixedCount_ += state_.counts[s];
   std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
-  for (const Body& body : bodies_) ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, bounds_, period_))];
+  for (const Body& body : bodies_) ++cellsOfBlock[blocks_.blockOf(heldWithin(body.position))];
   shareOut(std::move(cellsOfBlock));
   distribute();
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = state_.extraClearance[std::minmax(first, second)];
-  const double most =  // a larger one would exceed the neighbouring blocks
-      blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - clearance_;
+  const double most =  // a diameter separates all cells; a larger one could exceed the neighbouring blocks
+      std::min(2.0 * largestRadius_,
+               blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - clearance_);
   demanded = static_cast<float>(std::min(demanded + extra, most));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
@@ -180,8 +183,18 @@ double Relaxation::range() const {
 
 BodyState Relaxation::wrappedState(const Body& body) const {
   BodyState state = body;
-  state.position = wrapped(body.position, bounds_, period_);
+  state.position = heldWithin(body.position);
   return state;
+}
+
+/// The image of a position in the period. Along other axes, cells that others have pushed out of the lumen
+/// stay next to its bounds: the walls push them back.
+Vec3 Relaxation::heldWithin(const Vec3& position) const {
+  Vec3 held = wrapped(position, bounds_, period_);
+  for (int k = 0; k < 3; ++k)
+    if (!(period_[k] > 0.0))
+      held[k] = std::clamp(held[k], bounds_.lo[k] - largestRadius_, bounds_.hi[k] + largestRadius_);
+  return held;
 }
 
 /// Sorted by id, positions wrapped into the bounds.

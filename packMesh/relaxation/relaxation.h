@@ -81,6 +81,8 @@ class Relaxation {
   std::vector<Body> cells() const { return bodiesOf(states()); }
   bool owns(const BodyState& cell) const { return shared_.owns(cell.block); }
   std::int64_t cellCount() const { return cellCount_; }  ///< on all ranks
+  /// Of these, the cells that are not fixed. Pre: remove() has removed no fixed ones
+  std::int64_t movableCount() const { return cellCount_ - fixedCount_; }
   int blockCount() const { return blocks_.count(); }
 
   std::int64_t sweeps() const { return state_.sweeps; }
@@ -127,6 +129,7 @@ class Relaxation {
   template <class Fit>
   std::vector<BodyState> statesThat(Fit&& fit) const;
   BodyState wrappedState(const Body& body) const;
+  Vec3 heldWithin(const Vec3& position) const;
   void distribute();
   void dropCopies();
   /// Calls visit(index, thread) for every body, own and ghosts.
@@ -144,7 +147,7 @@ class Relaxation {
   Vec3 period_;
   double clearance_;  ///< target gap between membranes [µm]
   RelaxationState state_;
-  std::int64_t cellCount_;
+  std::int64_t cellCount_, fixedCount_ = 0;
   ContactSolver solver_;
   std::vector<double> radii_;  ///< per species [µm]
   double halfThickness_;

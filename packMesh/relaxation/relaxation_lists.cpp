@@ -58,7 +58,7 @@ bool Relaxation::beginsAnew() const {
 /// ghosts.
 void Relaxation::distribute() {
   forEachBody([&](std::size_t i, int) {
-    bodies_[i].position = wrapped(bodies_[i].position, bounds_, period_);
+    bodies_[i].position = heldWithin(bodies_[i].position);
     bodies_[i].block = blocks_.blockOf(bodies_[i].position);
   });
   shared_.distribute(bodies_, range());

@@ -50,8 +50,8 @@ constexpr double hotDepth = 0.23, coolDepth = 0.13;
 constexpr double tempering = 2.3;
 constexpr double leastOmega = 0.6;
 
-/// With fewer contacts per cell than this (a jammed packing has 7), those left after the first sweeps are
-/// pairs that oscillate between two states indefinitely: thin parts that have pierced each other.
+/// With fewer contacts per cell that can move than this (a jammed packing has 7), those left after the first
+/// sweeps are pairs that oscillate between two states indefinitely: thin parts that have pierced each other.
 constexpr double fewContacts = 0.5;
 
 /// With fewer contacts per cell than this, most cells are at rest and a sweep takes little time. In a large
@@ -68,18 +68,19 @@ constexpr double jammedContacts = 2.0;
 /// Whether the cells are jammed, as determined at the end of a part of relax().
 bool jammed(const Relaxation& relaxation, std::int64_t part) {
   const SweepSums& last = relaxation.lastSweep();
-  return static_cast<double>(last.contacts) > jammedContacts * static_cast<double>(relaxation.cellCount()) &&
+  return static_cast<double>(last.contacts) >
+             jammedContacts * static_cast<double>(relaxation.movableCount()) &&
          last.meanDepth() > jammedDepths[std::min<std::int64_t>(part, 2)] * relaxation.halfThickness();
 }
 
 bool onlyFewContacts(const Relaxation& relaxation) {
   return static_cast<double>(relaxation.lastSweep().contacts) <
-         fewContacts * static_cast<double>(relaxation.cellCount());
+         fewContacts * static_cast<double>(relaxation.movableCount());
 }
 
 bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   const bool few = static_cast<double>(relaxation.lastSweep().contacts) <
-                   veryFewContacts * static_cast<double>(relaxation.cellCount());
+                   veryFewContacts * static_cast<double>(relaxation.movableCount());
   const std::int64_t sweeps = relaxation.sweeps();
   // Contacts increase again when a pair comes apart: whether they are few counts only when the limit is
   // reached.
@@ -142,7 +143,7 @@ bool isCompaction(std::int64_t part) {
 
 bool isTooDeepToCalibrate(const Relaxation& relaxation) {
   return relaxation.lastSweep().total() >
-         shallow * relaxation.halfThickness() * static_cast<double>(relaxation.cellCount());
+         shallow * relaxation.halfThickness() * static_cast<double>(relaxation.movableCount());
 }
 
 std::int64_t sweepsOfRelax(std::int64_t parts) {

@@ -76,7 +76,7 @@ def check(
         return what.check()
     what = file_name("check", what, "a Packing, a folder or a state file")
     if not stated and what.endswith(".h5"):
-        return load(what).check()
+        return Check._of(load(what)._held.check(as_state=True))
     with words() as asked:
         asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
         asked.obstacles(obstacles)

@@ -20,7 +20,7 @@ class UnknownCellsError(InputError, KeyError):
 
 
 class InfeasibleError(Error, RuntimeError):
-    """Not all cells could be packed within the limits (exit code 3). ``best_effort=True`` returns fewer cells."""
+    """Not all cells can be packed, or not within the limits (exit code 3). ``best_effort=True`` returns fewer cells."""
 
 
 class OutputError(Error, OSError):

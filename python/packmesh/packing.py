@@ -82,9 +82,10 @@ class Certificate(ByValue):
 class Check(ByValue):
     """What check() found.
 
-    clean: no cells overlap, all are inside the lumen, and HemoCell keeps those that it is to keep
+    clean: no cells overlap, all are inside the lumen, and HemoCell keeps all but those that only cross a periodic face
     counts: number of cells of each species
-    dropped: the cells that HemoCell would delete, with its reasons; None if that is not known
+    dropped: the cells that HemoCell would delete, with its reasons; None if that is not known. Of .pos files it deletes
+        those that cross a periodic face; cells of a state, and packings with deformed cells, are those that the plug-in loads
     hematocrit: of the cells, by mesh volume
     unchecked: .pos files of cells whose shape is unknown
     """

@@ -150,13 +150,16 @@ double hematocritOf(PythonPacking& packing) {
   });
 }
 
-py::dict examined(PythonPacking& packing) {
+/// @param asState as cells that the plug-in loads from the state
+py::dict examined(PythonPacking& packing, bool asState) {
   std::shared_ptr<const Problem> problem;
   Tally tally;
   const Examination found = withScene(packing, [&](const HeldPacking& held) {
     problem = held.packing.problem;
     tally = held.packing.cells.tally;
-    return examine(*held.packing.problem, held.packing.result.cells, held.packing.packed.clearances);
+    const std::vector<PlacedCell>& cells = held.packing.result.cells;
+    return examine(*problem, cells, asState ? Loading::plugIn : loadingOf(*problem, cells),
+                   held.packing.packed.clearances);
   });
   return examinationOf(*problem, tally, found);
 }
@@ -182,7 +185,7 @@ py::dict check(const Words& words, const std::optional<fs::path>& tables, bool w
     }
     logNotices(*problem);
     cells = readCells(*problem);
-    const Examination examined = examine(*problem, cells.cells);
+    const Examination examined = examine(*problem, cells.cells, cells.loading);
     if (tables || withReport)
       withExamined(*problem, completed.request.output, cells, examined, [&](const Finished& done) {
         if (tables) saveTables(done, *tables);
@@ -217,7 +220,7 @@ py::dict forecast(const Words& words) {
   all["seconds"] = found.seconds;
   all["megabytes"] = found.megabytes;
   all["lumen_volume"] = problem->lumen.container->volume();
-  all["text"] = forecastLines(*problem, 1);
+  all["text"] = forecastText(*problem, 1).lines;
   return all;
 }
 
@@ -332,7 +335,7 @@ void addPacking(py::module_& module) {
              return certificateOf(
                  withScene(p, [](const HeldPacking& held) { return held.packing.result.certificate; }));
            })
-      .def("check", &examined)
+      .def("check", &examined, py::arg("as_state") = false)
       .def("columns", &columnsByName)
       .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
       .def("lumen",

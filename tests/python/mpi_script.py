@@ -47,7 +47,7 @@ assert here.certificate.minimum_gap == there.certificate.minimum_gap == here.che
 assert np.array_equal(np.concatenate(comm.allgather(here.columns()["gap"])), there.columns()["gap"])
 try:
     packmesh.pack(box=(45, 45, 45), hematocrit=0.9, comm=comm)
-except packmesh.InputError as error:
+except packmesh.InfeasibleError as error:
     texts = comm.allgather(str(error))
     assert len(set(texts)) == 1 and "0.7707" in texts[0]
 else:

@@ -22,7 +22,7 @@ CASES = {
     "unknown cell": (dict(box=(20, 20, 20), species={"XYZ": packmesh.Species(count=3)}), None, packmesh.InputError, 1),
     "missing vessel": (dict(vessel="none.stl", hematocrit=0.2), "--vessel none.stl 1 --hematocrit 0.2", packmesh.InputError, 2),
     "missing case": (dict(case="none.xml"), "none.xml", packmesh.InputError, 2),
-    "too dense": (dict(box=(30, 30, 30), hematocrit=0.9), "30 30 30 --hematocrit 0.9", packmesh.InputError, 2),
+    "too dense": (dict(box=(30, 30, 30), hematocrit=0.9), "30 30 30 --hematocrit 0.9", packmesh.InfeasibleError, 3),
     "infeasible": (dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40),
                    "14 14 14 --hematocrit 0.62 --max-iterations 40", packmesh.InfeasibleError, 3),
 }

@@ -82,9 +82,10 @@ function showTiles() {
     element("div", { class: "tile " + kind }, element("b", {}, value), element("span", {}, what)));
   const sum = (member) => report.species.reduce((all, one) => all + one[member], 0);
   const certificate = report.certificate, placed = sum("placed"), asked = sum("asked");
-  const { ofLumen, keptOfLumen } = report.hematocrit[0], drops = report.hemocell && report.hemocell.dropped;
+  const { ofLumen, keptOfLumen } = report.hematocrit[0], drops = report.hemocell && report.hemocell.dropped,
+    fault = report.hemocell && report.hemocell.asExpected === false;
   if (drops) {
-    tile(keptOfLumen.toFixed(4), "hematocrit of the lumen, of what HemoCell keeps", checked ? "bad" : "");
+    tile(keptOfLumen.toFixed(4), "hematocrit of the lumen, of what HemoCell keeps", fault ? "bad" : "");
     tile(ofLumen.toFixed(4), "hematocrit of the lumen, of all cells");
   } else {
     tile(ofLumen.toFixed(4), "hematocrit of the lumen");
@@ -96,7 +97,7 @@ function showTiles() {
   if (layer !== null) tile(layer.toFixed(2) + " µm", ["cell-free layer", leftOutText(report.measures)].filter((text) => text).join(", "));
   if (report.hemocell)
     tile(shown(report.hemocell.kept) + (drops ? " of " + placed : ""), "cells that HemoCell keeps",
-      drops ? (checked ? "bad" : "") : "good");
+      fault ? "bad" : drops ? "" : "good");
 }
 
 function showSpecies() {

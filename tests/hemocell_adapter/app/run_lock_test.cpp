@@ -84,13 +84,22 @@ TEST_CASE("A lock ends with its process, however the process ends", "[executable
   char taken = 0;
   REQUIRE(read(ready[0], &taken, 1) == 1);
   CHECK(run(folder.path(), small).exitCode == int(ExitCode::cannotWrite));
+  // What it was writing: the name has its number.
+  const std::string own = std::to_string(getpid());
+  std::string left = temporaryName(folder.path() / "RBC.pos", 0, "new").filename().string();
+  left.replace(left.rfind(own + "-"), own.size(), std::to_string(child));
+  writeText(folder.path() / left, "half");
+  const auto other = temporaryName(folder.path() / "report.json", 0, "new");  // of a process that lives
+  writeText(other, "half");
   kill(child, SIGKILL);
   REQUIRE(waitpid(child, nullptr, 0) == child);
   close(ready[0]);
   close(ready[1]);
   CHECK(fs::exists(folder.path() / ".packMesh.lock"));
   CHECK(run(folder.path(), small).exitCode == 0);
-  CHECK(folder.files() == 1);
+  CHECK_FALSE(fs::exists(folder.path() / left));
+  CHECK(fs::exists(other));
+  CHECK(folder.files() == 2);  // RBC.pos as well
 }
 
 TEST_CASE("A folder created by a run that wrote nothing is removed") {

@@ -168,12 +168,28 @@ case $test in
     grep -q 'Certificate: clean' loaded.txt
     complete 38
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
-    # Loaded into another lumen: no cell may be outside.
-    if case_on 2 channel 2 1 1 load flowing.h5 > said.txt 2>&1; then fail "accepted"; fi
-    grep -q 'is outside of the fluid: is this a state of the same case?' said.txt
+    # Loaded into another lumen, whose wall nodes some vertices are on: refused, or without these cells, which HemoCell would delete.
+    all=$(awk '/^\(stand-in\)/ { print $2 + $3 }' saved.txt)
+    for ranks in 1 2; do
+      if case_on $ranks channel $ranks 1 1 load flowing.h5 > said.txt 2>&1; then fail "accepted"; fi
+      grep -oE "flowing.h5: HemoCell would delete [0-9]+ of its $all cells: RBC [0-9]+ at \([^)]*\) µm: a vertex lies on a wall node; .*" \
+        said.txt > refused.$ranks || fail "cells are not named"
+      case_on $ranks channel $ranks 1 1 load flowing.h5 leave-out > left.txt 2>&1
+      deleted=$(sed -nE 's/.*HemoCell would delete ([0-9]+) of its .*they are left out/\1/p' left.txt)
+      test "$deleted" -gt 0 -a "$deleted" -lt "$all"
+      test "$(awk '/^\(stand-in\)/ { print $2 + $3 }' left.txt)" = $((all - deleted))
+      complete $((all - deleted))
+    done
+    same refused.1 refused.2
     config 60 44 44 "<container> <cylinder axis='x' radius='10.5' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
-    "$program" config.xml --ends periodic --fixed flowing.h5 --plt 25 > more.txt
+    "$program" config.xml --ends periodic --fixed flowing.h5 --plt 25 > more.txt 2>&1
     grep -q 'Certificate: clean' more.txt
+    # They cross the periodic faces, and are loaded from the state.
+    grep -q 'With loadParticles() HemoCell keeps \([0-9]*\) of \1 cells' more.txt
+    if grep -q 'HemoCell would keep' more.txt; then fail "advice for .pos files"; fi
+    "$program" check config.xml --ends periodic --start flowing.h5 > check.txt
+    grep -q 'With loadParticles() HemoCell keeps \([0-9]*\) of \1 RBC' check.txt
+    if grep -q 'will delete' check.txt; then fail "the plug-in keeps cells across periodic faces"; fi
     grep -q 'RBC.pos is not written.*state.h5 has them' more.txt
     # The plug-in packs around them, too, and loads deformed and undeformed cells alike.
     config 60 44 44 ""

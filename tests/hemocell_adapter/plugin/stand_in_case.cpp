@@ -4,7 +4,8 @@
 //   both ends of z;
 //          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
 //          pre-inlet at x >= 20, of the ranks but the last
-//   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope
+//   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE [leave-out], save FILE, short
+//   (an envelope
 //          of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations)
 //          [stop]; before all others, in this order: config FILE; catch (failures are thrown); shifts or
 //          copies (HemoCell's exchange of particles, with its error or without); then, or before the
@@ -198,7 +199,11 @@ packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string
     hemocell.loadCheckPoint();
     return {};
   }
-  if (taken(words, "load")) return packmesh::loadParticles(hemocell, takenNext(words));
+  if (taken(words, "load")) {
+    const std::string file = takenNext(words);
+    return packmesh::loadParticles(
+        hemocell, file, taken(words, "leave-out") ? packmesh::Unkept::leaveOut : packmesh::Unkept::refuse);
+  }
   packmesh::PackingOptions options;
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == "save" || words[i] == "fit") break;

@@ -74,7 +74,7 @@ TEST_CASE("The forecast time increases with the number of cells", "[forecast]") 
 TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
   const auto said = [](const std::vector<std::string>& words, int ranks = 1) {
     std::string all;
-    for (const std::string& line : forecastLines(planned(words), ranks)) all += line + "\n";
+    for (const std::string& line : forecastText(planned(words), ranks).lines) all += line + "\n";
     return all;
   };
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.45"}),
@@ -111,7 +111,7 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
   };
   const auto said = [](const Problem& problem) {
     std::string all;
-    for (const std::string& line : forecastLines(problem, 1)) all += line + "\n";
+    for (const std::string& line : forecastText(problem, 1).lines) all += line + "\n";
     return all;
   };
   const Problem layered = inPipe("0.3", {"--cell-free-layer", "2"});
@@ -185,6 +185,20 @@ TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time
   CHECK_THAT(
       ProgressLog(problem).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
       Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
+}
+
+TEST_CASE("A dry run of what no method can pack has the exit code of what cannot be packed", "[executable]") {
+  const TemporaryFolder folder;
+  const std::string none = "--cylinder x 12.5 50 --hematocrit 0.004 --cell-free-layer 10";
+  const Ran never = run(folder.path(), none + " --dry-run");
+  CHECK(never.exitCode == 3);
+  CHECK_THAT(never.out, Contains("Infeasible: not even one RBC fits"));
+  CHECK(run(folder.path(), none + " --max-iterations 50").exitCode == 3);
+  const Ran dense = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run");
+  CHECK(dense.exitCode == 3);
+  CHECK_THAT(dense.err, Contains("beyond 0.7707 is known"));
+  CHECK(run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run --best-effort").exitCode ==
+        0);
 }
 
 TEST_CASE("A dry run and a validation write no files", "[executable]") {

@@ -112,7 +112,10 @@ TEST_CASE("Other spacings that make no sense are refused", "[executable][alsodx]
     const char* message;
   };
   for (const Row& row :
-       {Row{"config.xml --hematocrit 0.2 --also-dx 0.4", 2, "not a whole number of nodes"},
+       {Row{"config.xml --hematocrit 0.2 --also-dx 0.4", 2, "--also-dx 0.4: <refDirN> 30 at dx 0.5"},
+        Row{"config.xml --hematocrit 0.2 --also-dx 1e-9", 2, "--also-dx 1e-09: <refDirN> 30 would be"},
+        Row{"25 20 20 --hematocrit 0.2 --also-dx 1e-9", 2, "--also-dx 1e-09: "},
+        Row{"25 20 20 --hematocrit 0.2 --also-dx 21", 2, "--also-dx 21: "},
         Row{"config.xml --hematocrit 0.2 --also-dx 0", 1, "'--also-dx'"},
         Row{"config.xml --hematocrit 0.2 --also-dx 0.25 x", 1, ""},
         Row{"config.xml --hematocrit 0.2 --ends periodic --also-dx 0.25", 2, "closed ends"},

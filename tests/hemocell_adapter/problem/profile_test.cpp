@@ -190,13 +190,15 @@ TEST_CASE("A profile that makes no sense is refused", "[executable][profile]") {
   for (const Row& row :
        {Row{"30 30 30 --ends periodic --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
         Row{"30 30 30 --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
-        Row{"--cylinder x 12 30 --hematocrit 0.3 --profile p.txt", 2,
+        Row{"--cylinder x 12 30 --hematocrit 0.3 --profile p.txt", 3,
             "no random packing beyond 0.62 is known"},
         Row{"--cylinder x 12 30 --hematocrit 0.1 --profile far.txt", 2, "'RBC' is 0 everywhere in the lumen"},
         Row{"--cylinder x 12 30 --hematocrit 0.1 --profile wbc.txt", 2,
             "none of the cells to pack has a profile"},
         Row{"--cylinder x 12 30 --wbc 3 --profile developed", 2, "that of red cells"},
         Row{"--cylinder x 12 30 --hematocrit 0.1 --profile none.txt", 2, "none.txt"},
+        Row{"--cylinder x 12 30 --hematocrit 0.1 --profile developed --order columns", 2,
+            "--order columns (<order>) and a profile"},
         Row{"--cylinder x 12 30 --hematocrit 0.1 --method cat --profile p.txt", 1, "--method relaxation"}}) {
     CAPTURE(row.arguments);
     const Ran ran = run(folder.path(), row.arguments);

@@ -45,7 +45,7 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"nan 50 50 --rbc 1", 1, "expected"},
       {"1e9 50 50 --rbc 1", 1, "found '1e9'"},
       {"50 50 50 --rbc 0", 2, "nothing to pack"},
-      {"50 50 50 --rbc 99999999", 2, "the lumen only"},
+      {"50 50 50 --rbc 99999999", 3, "the lumen only"},
       {"50 50 50 --rbc 99999999 --wbc 2", 2, "100000001 cells are too many; at most 100000000 can be packed"},
       {"50 50 50 --rbc 1 --seed -1", 1, "expected a whole number in [0, 9223372036854775807], found '-1'"},
       {"--sphere 3.8 --rbc 1 --max-iterations 20", 3, "not even one cell could be packed"},

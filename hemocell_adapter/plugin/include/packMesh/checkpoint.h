@@ -63,7 +63,7 @@ inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int
   stop(70,
        "HemoCell deleted cells " + when + "that were packed: " + missing +
            ". Is <particleEnvelope> longer than the cells, and no atomic block smaller than it? Was there a "
-           "warning of periodic faces between ranks?");
+           "warning of periodic faces between ranks? Was a vertex on a wall node, or did it move there?");
 }
 
 /// Leaves the numbers of cells for restarts.

@@ -145,16 +145,22 @@ inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
                           }));
 }
 
+/// What becomes of cells of a state that HemoCell would delete at once, since a vertex lies on a wall node.
+enum class Unkept { refuse, leaveOut };
+
 /// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a
 /// part. Cells that are not those of a packing certified in this lumen are examined; cells of a run that do
 /// not overlap are added as they were, with all vertices, others are the start of a packing.
-inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
+/// @param unkept stop, naming cells and reasons, if HemoCell would delete some; or add the others
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile,
+                                     Unkept unkept = Unkept::refuse) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
-                            return plugin::load(system, stateFile);
+                            return plugin::load(system, stateFile, unkept == Unkept::leaveOut);
                           }));
 }
-inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* stateFile) {
-  return loadParticles(hemocell, std::string(stateFile));
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* stateFile,
+                                     Unkept unkept = Unkept::refuse) {
+  return loadParticles(hemocell, std::string(stateFile), unkept);
 }
 
 /// Writes the cells as they are now, deformed, to a state file. With a pre-inlet: the cells in it.

@@ -119,7 +119,9 @@ struct Watched {
 __attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
 
 /// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
-__attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile);
+/// @param leavesOut cells that HemoCell would delete are left out; otherwise they are an error
+__attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile,
+                                                    bool leavesOut);
 
 /// Writes cells to a state file. Every cell comes from one rank. All ranks of `system.ranks` call. Throws
 /// nothing.

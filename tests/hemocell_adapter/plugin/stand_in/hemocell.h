@@ -250,7 +250,8 @@ class HemoCellFields {
 
 class HemoCell {
  public:
-  void iterate() { ++iter; }
+  /// Deletes vertices on wall nodes, as HemoCell does where it moves them.
+  void iterate();
   void saveCheckPoint();
   void loadCheckPoint();
   PreInlet* preInlet = 0;
@@ -358,6 +359,18 @@ inline void HemoCellFields::syncEnvelopes() {
               block.addParticle(moved);
             }
         }
+  }
+}
+
+inline void HemoCell::iterate() {
+  ++iter;
+  for (const plb::plint id : cellfields->immersedParticles->getLocalInfo().getBlocks()) {
+    HemoCellParticleField& block = cellfields->immersedParticles->getComponent(id);
+    plb::BlockLattice& fluid = lattice->getComponent(id);
+    block.removeIf([&](HemoCellParticle const& p) {
+      const auto node = [&](int axis) { return std::lround(p.sv.position[axis]); };
+      return block.isContainedABS(p.sv.position, block.localDomain) && fluid.solid(node(0), node(1), node(2));
+    });
   }
 }
 
