@@ -48,6 +48,7 @@ class CheckReport {
     printHead();
     printOverlap();
     printMisplaced();
+    printSelfIntersecting();
     printFactor();
     if (knowsAcceptance(problem_)) printKept();
     printHematocrit("In the files", found_.counts, found_.excess);
@@ -87,6 +88,8 @@ class CheckReport {
                           examination_.overlaps);
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
+    if (!certificate_.selfIntersecting.empty())
+      text += fmt::format(", {} cells that intersect themselves", certificate_.selfIntersecting.size());
     if (knowsAcceptance(problem_))
       text += fmt::format("; HemoCell keeps {} of {}", found_.all - dropped(), found_.all);
     if (!problem_.unchecked.empty())
@@ -168,6 +171,19 @@ class CheckReport {
     FaultList list;
     for (const MisplacedCell& cell : certificate_.misplaced)
       list.add([&] { return fmt::format("{} {}", nameOf(cell.cell), cell.reason); });
+  }
+
+  void printSelfIntersecting() const {
+    if (problem_.membranes.empty()) return;
+    log::info(fmt::format("Cells that intersect themselves: {}", certificate_.selfIntersecting.size()));
+    FaultList list;
+    for (const SelfIntersectingCell& one : certificate_.selfIntersecting)
+      list.add([&] {
+        return one.first == one.second
+                   ? fmt::format("{}: triangle {} has no area", nameOf(one.cell), one.first + 1)
+                   : fmt::format("{}: triangles {} and {} meet", nameOf(one.cell), one.first + 1,
+                                 one.second + 1);
+      });
   }
 
   /// Files whose positions would fit after multiplication by a factor. Each file is judged by itself; if none

@@ -100,6 +100,7 @@ Report certificateOf(const Certificate& certificate) {
           {"pairs", certificate.pairsTested},
           {"overlapping", certificate.overlapping.size()},
           {"misplaced", certificate.misplaced.size()},
+          {"selfIntersecting", certificate.selfIntersecting.size()},
           {"minimumGap", gapOf(certificate.minimumGap)},
           {"minimumWallGap", gapOf(certificate.minimumWallGap)},
           {"gapsMeasuredUpTo", certificate.gapsMeasuredUpTo},

@@ -131,7 +131,7 @@ std::vector<std::string> regionLines(const Problem& problem, const std::vector<P
         for (const Pose& pose : parts[p].cells.start)
           here += regionAt(problem.lumen.regions, pose.position) == int(r);
       cells += here;
-      volume += double(here) * species.shape->volume();
+      volume += double(here) * parts[p].cells.shape->volume();
     }
     lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
                                 problem.lumen.regions[r].name,

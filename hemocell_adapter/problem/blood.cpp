@@ -238,14 +238,15 @@ void addBlood(Problem& problem) {
   std::vector<PresentCell> cells(blood.cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Cell& cell = blood.cells[i];
-    cells[i] = posLineOf(cell.pose);
+    static_cast<PosLine&>(cells[i]) = posLineOf(cell.pose);
     cells[i].vertices = std::move(cell.vertices);
     if (!cells[i].vertices.empty())
       meshes.push_back({&cells[i], speciesOf[cell.species], &blood.species[cell.species].mesh.triangles});
   }
-  addOwnMeshes(problem, meshes, file);
+  addOwnMeshes(problem, meshes, file, SelfIntersecting::undeform);
   for (const OwnMesh& mesh : meshes)
-    problem.species[mesh.species].blood.membranes.push_back(mesh.cell->membrane);
+    if (mesh.cell->membrane >= 0)
+      problem.species[mesh.species].blood.membranes.push_back(mesh.cell->membrane);
   std::vector<Copy> copies;
   const Box bounds = problem.lumen.container->bounds();
   for (std::size_t i = 0; i < cells.size(); ++i)

@@ -79,8 +79,10 @@ struct CellSpecies : SpeciesPlan {
   explicit CellSpecies(SpeciesPlan plan) : SpeciesPlan(std::move(plan)) {}
 
   std::shared_ptr<const Shape> shape;
-  double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
-  double excessVolume = 0.0;                     ///< of the existing cells over this, together [µm³]
+  /// Mean of the meshes that are placed [µm³]: that of the template, unless some cells have meshes of their
+  /// own.
+  double meanVolume = 0.0;
+  double countedVolume = 0.0;  ///< of a cell, in the requested hematocrit [µm³]: this or a stated one
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
   std::vector<OtherAcceptance> others;           ///< at those of Lumen::others
   std::int64_t count = 0;                        ///< to be packed, or found by a check

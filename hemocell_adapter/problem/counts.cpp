@@ -23,7 +23,7 @@ std::int64_t rounded(double cells, const std::string& name) {
 /// The red cells of a request.
 struct RedCells {
   const CellSpecies* filler = nullptr;         ///< determined by the hematocrit
-  double countedVolume = 0.0, counted = 0.0;   ///< of those with a count, and excess [µm³]; cells
+  double countedVolume = 0.0, counted = 0.0;   ///< of those with a count [µm³]; cells
   double ratioVolume = 0.0, ratioShare = 0.0;  ///< of those with a ratio: per red cell of any species
 };
 
@@ -31,7 +31,6 @@ RedCells redCellsOf(const std::vector<CellSpecies>& species) {
   RedCells red;
   for (const CellSpecies& s : species) {
     if (!s.sharesHematocrit) continue;
-    red.countedVolume += s.excessVolume;
     if (s.statedCount) {
       red.countedVolume += double(*s.statedCount) * s.countedVolume;
       red.counted += double(*s.statedCount);
@@ -84,8 +83,6 @@ std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume) {
   const double expected = redCellNumber(redCellsOf(species), hematocrit, lumenVolume);
   double redVolume = 0.0;
-  for (const CellSpecies& s : species)
-    if (s.sharesHematocrit) redVolume += s.excessVolume;
   std::int64_t redCells = 0;
   const auto numberOf = [&](const CellSpecies& s, By by) -> std::int64_t {
     switch (by) {

@@ -190,7 +190,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   double volume = 0.0;
   for (std::size_t i = 0; i < problem.species.size(); ++i) {
     const CellSpecies& species = problem.species[i];
-    const double n = double(species.count), own = species.shape->volume();
+    const double n = double(species.count), own = species.meanVolume;
     forecast.cells += species.count;
     volume += n * own;
     forecast.roomShares.push_back(1.0);
@@ -242,7 +242,7 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     if (species.count <= std::int64_t(species.fixed.size())) continue;
-    const double volume = double(species.count) * species.shape->volume();
+    const double volume = double(species.count) * species.meanVolume;
     if (volume > forecast.roomVolumes[s])
       return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
                          volume);

@@ -106,20 +106,22 @@ std::vector<std::string> limitWarnings(const Problem& problem, const std::vector
 namespace {
 
 /// Makes the shapes of the deformed cells of a species.
-void addMembranes(Problem& problem, int s) {
+void addMembranes(Problem& problem, int s, bool packs) {
   CellSpecies& species = problem.species[s];
-  const auto add = [&](std::vector<PresentCell>& cells, const std::string& file) {
+  const auto add = [&](std::vector<PresentCell>& cells, const std::string& file, SelfIntersecting what) {
     std::vector<OwnMesh> meshes;
     for (PresentCell& cell : cells)
       if (!cell.vertices.empty()) meshes.push_back({&cell, s, &species.ownTriangles});
-    addOwnMeshes(problem, meshes, file);
+    addOwnMeshes(problem, meshes, file, what);
   };
-  add(species.fixed, species.fixedFrom);
-  add(species.start, species.startFrom);
+  add(species.fixed, species.fixedFrom, SelfIntersecting::keep);
+  if (packs) refuseSelfIntersecting(problem, species.fixed, s, species.fixedFrom);
+  add(species.start, species.startFrom, packs ? SelfIntersecting::undeform : SelfIntersecting::keep);
 }
 
 /// Species of a problem that has its lumen, with their shapes and HemoCell's acceptance of them.
-void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
+/// @param packs they are to be packed, not examined
+void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans, bool packs) {
   // Species with equal shapes share their data.
   std::map<std::string, std::shared_ptr<const Shape>> shapes;
   std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
@@ -128,11 +130,11 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
     if (!shape) shape = shapeOf(plan, problem.request.dx, problem.team, problem.repairs);
     CellSpecies& species = problem.species.emplace_back(std::move(plan));
     species.shape = shape;
-    species.countedVolume = shape->volume();
+    species.countedVolume = species.meanVolume = shape->volume();
     if (species.redCell && problem.request.redCellVolume)
       species.countedVolume = *problem.request.redCellVolume;
     refuseHeapedStart(species);
-    addMembranes(problem, int(problem.species.size()) - 1);
+    addMembranes(problem, int(problem.species.size()) - 1, packs);
     if (problem.lumen.lattice) {
       const int distance = species.minimumDistanceFromSolid;
       std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
@@ -167,6 +169,46 @@ void chooseTubeHematocrit(Problem& problem) {
   problem.request.hematocrit = tubeHematocrit(discharge, *diameter);
 }
 
+/// Takes the mean volumes of the cells that are placed. @return whether other numbers of them follow
+bool takeVolumes(Problem& problem) {
+  if (problem.membranes.empty()) return false;
+  std::vector<double> volumes(problem.species.size(), 0.0);
+  for (const Part& part : problem.atDemanded.parts)
+    volumes[part.species] += double(part.cells.count) * part.cells.shape->volume();
+  std::vector<std::int64_t> before;
+  for (std::size_t s = 0; s < volumes.size(); ++s) {
+    CellSpecies& species = problem.species[s];
+    before.push_back(species.count);
+    if (species.count == 0) continue;
+    species.meanVolume = volumes[s] / double(species.count);
+    if (!(species.redCell && problem.request.redCellVolume)) species.countedVolume = species.meanVolume;
+  }
+  return numbersOfCells(problem) != before;
+}
+
+/// Numbers of cells, their profile and their parts. With deformed cells the numbers depend on the volumes of
+/// those that are placed, and these on the numbers.
+void divideIntoParts(Problem& problem) {
+  constexpr int mostRounds = 6;  // two or three are enough, unless the numbers alternate
+  guessVolumes(problem);
+  std::vector<std::string> notices;
+  for (int round = 0; round == 0 || (round < mostRounds && takeVolumes(problem)); ++round) {
+    const std::vector<std::int64_t> numbers = numbersOfCells(problem);
+    for (std::size_t s = 0; s < numbers.size(); ++s) problem.species[s].count = numbers[s];
+    notices.clear();
+    if (problem.membranes.empty()) examineNumbers(problem);
+    if (problem.request.profile) problem.profile = planProfile(problem, notices);
+    if (problem.membranes.empty() && problem.profile) refuseTooDense(problem);
+    problem.atDemanded = partsAt(problem, problem.demanded);
+  }
+  if (!problem.membranes.empty()) {
+    takeVolumes(problem);
+    examineNumbers(problem);
+    if (problem.profile) refuseTooDense(problem);
+  }
+  for (std::string& notice : notices) problem.notices.push_back(std::move(notice));
+}
+
 /// Regions, counts, parts and walls of a problem that has its lumen and its shapes.
 void preparePacking(Problem& problem) {
   const Request& request = problem.request;
@@ -183,8 +225,7 @@ void preparePacking(Problem& problem) {
         "where the cells are");
   problem.lumen.regions = makeRegions(request, problem.lumen, problem.repairs);
   if (request.dischargeHematocrit) chooseTubeHematocrit(problem);
-  resolveCounts(problem);
-  if (request.profile) problem.profile = planProfile(problem, problem.notices);
+  divideIntoParts(problem);
   std::vector<std::int64_t> counts;
   std::int64_t tiles = 1;
   if (request.dryRun)
@@ -196,7 +237,6 @@ void preparePacking(Problem& problem) {
   for (const CellSpecies& species : problem.species)
     for (const auto* lines : {&species.fixed, &species.start})
       for (const PosLine& line : *lines) problem.read.add(line);
-  problem.atDemanded = partsAt(problem, problem.demanded);
   for (std::string& warning : examineRegions(problem)) problem.notices.push_back(std::move(warning));
 }
 
@@ -233,14 +273,14 @@ Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
   return problem;
 }
 
-void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
+void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans, bool packs) {
   problem.inputs = recordedInputs();
   problem.lumen = makeLumen(problem.request, problem.simulation.get(), problem.preInlet);
   addOtherSpacings(problem.request, problem.simulation.get(), problem.preInlet, problem.lumen);
   // Membranes may extend further at another spacing.
   problem.demanded.membranes =
       std::max(problem.demanded.membranes, 2.0 * inflationElsewhere(problem.lumen, problem.request.dx));
-  addSpecies(problem, std::move(plans));
+  addSpecies(problem, std::move(plans), packs);
 }
 
 }  // namespace
@@ -254,7 +294,7 @@ Problem problemToPack(const CompletedRequest& completed, const Communicator& ran
   return builtWith(completed, ranks, [&](Problem& problem) {
     std::vector<SpeciesPlan> plans = plansToPack(problem.request, problem.simulation.get(), problem.notices);
     if (problem.simulation) settleDistancesFromSolid(*problem.simulation, plans, problem.notices);
-    addLumenAndSpecies(problem, std::move(plans));
+    addLumenAndSpecies(problem, std::move(plans), true);
     addBlood(problem);
     preparePacking(problem);
   });
@@ -265,7 +305,7 @@ Problem problemToCheck(const CompletedRequest& completed, const Communicator& ra
     CheckedSpecies found = plansToCheck(problem.request, problem.simulation.get(), problem.notices);
     problem.unchecked = std::move(found.unchecked);
     if (problem.simulation) settleDistancesFromSolid(*problem.simulation, found.plans, problem.notices);
-    addLumenAndSpecies(problem, std::move(found.plans));
+    addLumenAndSpecies(problem, std::move(found.plans), false);
   });
 }
 
@@ -345,7 +385,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
   return builtWith(big, problem.ranks, [&](Problem& made) {
     made.demanded = clearances;
-    addLumenAndSpecies(made, tiledPlans(problem, boxedCells(problem, result)));
+    addLumenAndSpecies(made, tiledPlans(problem, boxedCells(problem, result)), false);
     preparePacking(made);
   });
 }

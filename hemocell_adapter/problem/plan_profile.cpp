@@ -83,7 +83,7 @@ class Planning {
       const ProfileSource::Column* column = source.columnOf(species.name);
       if (!column || species.count == 0) continue;
       any = true;
-      ask(source, *column, plan_.species[s], double(species.count) * species.shape->volume());
+      ask(source, *column, plan_.species[s], double(species.count) * species.meanVolume);
     }
     for (const ProfileSource::Column& column : source.columns)
       if (std::none_of(problem_.species.begin(), problem_.species.end(),
@@ -91,7 +91,6 @@ class Planning {
         notices_.push_back(
             fmt::format("{}: there are no cells '{}' to distribute", source.source, column.species));
     if (!any) throw InputError(fmt::format("{}: none of the cells to pack has a profile", source.source));
-    refuseTooDense();
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
       if (plan_.species[s].isAsked()) distribute(int(s));
     return std::make_shared<const DepthProfile>(std::move(plan_));
@@ -146,7 +145,7 @@ class Planning {
     double volume = 0.0;
     for (const CellSpecies& species : problem_.species) {
       if (species.redCell) red.push_back(species.name);
-      if (species.redCell) volume += double(species.count) * species.shape->volume();
+      if (species.redCell) volume += double(species.count) * species.meanVolume;
       if (!species.redCell && species.name.rfind("PLT", 0) == 0) platelets.push_back(species.name);
     }
     if (!(volume > 0.0)) throw InputError("a developed profile is that of red cells, and there are none");
@@ -171,18 +170,6 @@ class Planning {
     for (double& fraction : species.asked) fraction *= volume / container_.volume() * all / sum;
     for (std::size_t i = 0; i < column.value.size() && column.value[i] == 0.0; ++i)
       species.freeLayer = unit * source.distance[i];
-  }
-
-  void refuseTooDense() const {
-    if (problem_.request.bestEffort) return;
-    for (int j = 0; j < plan_.shells(); ++j) {
-      const double fraction = plan_.askedIn(j);
-      if (fraction > Forecast::possible)
-        throw InfeasibleError(fmt::format(
-            "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
-            "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile",
-            plan_.source, plan_.edges[j], plan_.edges[j + 1], fraction, Forecast::possible));
-    }
   }
 
   /// The part of the volume of cells in each layer, [shell][layer], if their centre is in a shell; empty
@@ -257,6 +244,19 @@ std::shared_ptr<const DepthProfile> planProfile(const Problem& problem, std::vec
   return Planning(problem, notices)();
 }
 
+void refuseTooDense(const Problem& problem) {
+  if (problem.request.bestEffort) return;
+  const DepthProfile& plan = *problem.profile;
+  for (int j = 0; j < plan.shells(); ++j) {
+    const double fraction = plan.askedIn(j);
+    if (fraction > Forecast::possible)
+      throw InfeasibleError(fmt::format(
+          "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
+          "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile",
+          plan.source, plan.edges[j], plan.edges[j + 1], fraction, Forecast::possible));
+  }
+}
+
 std::shared_ptr<const DepthProfile> correctedProfile(const Problem& problem, const PackingResult& packed) {
   DepthProfile plan = *problem.profile;
   const std::size_t shells = plan.shells(), layers = plan.lumen.size();
@@ -305,7 +305,7 @@ std::vector<std::vector<double>> reachedProfile(const Problem& problem,
     if (!plan.species[species].isAsked()) continue;
     const std::vector<Vec3>& inner = points[species];
     const auto each =
-        std::llround(problem.species[species].shape->volume() / double(inner.size()) / volumeStep);
+        std::llround(problem.shapeOf(cell.species).volume() / double(inner.size()) / volumeStep);
     for (const Vec3& p : inner)
       steps[species * shells + plan.shellAt((*plan.depth)(cell.placement(p)).distance)] += each;
   }

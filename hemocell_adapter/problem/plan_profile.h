@@ -17,9 +17,12 @@ namespace packmesh::hemocell {
 /// deconvolution (Richardson 1972, Lucy 1974: the expectation maximisation of a mixture). The numbers of
 /// cells are those of the problem. Every rank computes the same. Pre: the problem has its lumen, species and
 /// counts, and asks for a profile
-/// @throws InputError if there is no wall, if nothing that is packed has a profile, or if a shell would hold
-///   more cells than can be packed
+/// @throws InputError if there is no wall, or if nothing that is packed has a profile
 std::shared_ptr<const DepthProfile> planProfile(const Problem& problem, std::vector<std::string>& notices);
+
+/// Pre: the problem has a profile
+/// @throws InputError if a shell would hold more cells than can be packed
+void refuseTooDense(const Problem& problem);
 
 /// The profile of a problem with the numbers of cells corrected by a packing of it, in which cells are not
 /// where random ones would be: in the core they press outwards. The same on all ranks, which all call.

@@ -50,7 +50,7 @@ void refuseWithoutNode(const CellSpecies& species) {
 void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
   constexpr double densestKnown = 0.7707, rounding = 1e-9;
   constexpr std::int64_t many = 100;
-  const double part = double(species.count) * species.shape->volume() / lumen.volume();
+  const double part = double(species.count) * species.meanVolume / lumen.volume();
   using Template = CellSpecies::Template;
   const bool byFormula =
       species.kind == Template::ellipsoid ||
@@ -64,26 +64,27 @@ void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
         species.name, part, densestKnown));
 }
 
-/// Deformed cells count with the volumes of their own meshes, those to be added with the mean of the meshes
-/// that they have; unless the request states the volume of a red cell.
-void countOwnVolumes(Problem& problem) {
+}  // namespace
+
+void guessVolumes(Problem& problem) {
   for (CellSpecies& species : problem.species) {
-    if (species.redCell && problem.request.redCellVolume) continue;
     double sum = 0.0;
-    for (const int m : species.blood.membranes) sum += problem.membranes[m].shape->volume();
-    if (!species.blood.membranes.empty())
-      species.countedVolume = sum / double(species.blood.membranes.size());
-    for (const auto* const cells : {&species.fixed, &species.start})
-      for (const PresentCell& cell : *cells)
-        if (cell.membrane >= 0)
-          species.excessVolume += problem.membranes[cell.membrane].shape->volume() - species.countedVolume;
+    std::size_t cells = 0;
+    const auto add = [&](int membrane) {
+      sum += membrane < 0 ? species.shape->volume() : problem.membranes[membrane].shape->volume();
+      ++cells;
+    };
+    for (const auto* const present : {&species.fixed, &species.start, &species.blood.crowded})
+      for (const PresentCell& cell : *present) add(cell.membrane);
+    if (cells == 0)
+      for (const int m : species.blood.membranes) add(m);
+    if (cells == 0) continue;
+    species.meanVolume = sum / double(cells);
+    if (!(species.redCell && problem.request.redCellVolume)) species.countedVolume = species.meanVolume;
   }
 }
 
-}  // namespace
-
-void resolveCounts(Problem& problem) {
-  countOwnVolumes(problem);
+std::vector<std::int64_t> numbersOfCells(const Problem& problem) {
   double reference = problem.referenceVolume();
   if (problem.request.packCellsConventions && problem.request.boxSize)
     reference = problem.request.boxSize->prod();
@@ -92,13 +93,14 @@ void resolveCounts(Problem& problem) {
     *hematocrit = 0.0;
     for (const LumenRegion& region : problem.lumen.regions) *hematocrit += region.share * region.hematocrit;
   }
-  const std::vector<std::int64_t> counts = countCells(problem.species, hematocrit, reference);
+  return countCells(problem.species, hematocrit, reference);
+}
+
+void examineNumbers(Problem& problem) {
   double volume = 0.0;
   std::set<const Acceptance*> examined;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    CellSpecies& species = problem.species[i];
-    species.count = counts[i];
-    volume += double(counts[i]) * species.shape->volume();
+  for (const CellSpecies& species : problem.species) {
+    volume += double(species.count) * species.meanVolume;
     if (species.mostCells() == 0) continue;
     refuseTooLarge(problem, species);
     if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);

@@ -23,7 +23,7 @@ double pauseNow() {
 
 ProgressLog::ProgressLog(const Problem& problem) : problem_(problem), hematocrit_(0.0) {
   for (const CellSpecies& species : problem.species)
-    if (species.redCell) hematocrit_ += double(species.count) * species.shape->volume();
+    if (species.redCell) hematocrit_ += double(species.count) * species.meanVolume;
   hematocrit_ /= problem.referenceVolume();
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -21,6 +22,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
+#include "packMesh/mesh/self_intersection_finder.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/packing/state_file.h"
@@ -249,6 +251,31 @@ std::string unkeptText(const std::vector<std::pair<std::size_t, std::string>>& o
   return text;
 }
 
+/// Warns of cells of a run that intersect themselves.
+void tellSelfIntersecting(const StateCells& state, const std::vector<Placement>& placements,
+                          const std::string& file, const Communicator& ranks) {
+  for (std::size_t s = 0; s < state.species.size(); ++s) {
+    const SelfIntersectionFinder finder(state.species[s].mesh);
+    std::vector<std::array<double, 3>> found;
+    for (std::size_t i = 0; i < state.cells.size(); ++i) {
+      const Cell& cell = state.cells[i];
+      if (cell.species != int(s) || cell.vertices.empty()) continue;
+      std::vector<Vec3> vertices = cell.vertices;
+      for (Vec3& v : vertices) v = placements[i](v);
+      const Vec3& at = placements[i].translation;
+      if (finder(vertices)) found.push_back({at[0], at[1], at[2]});
+    }
+    found = ranks.gatherAll(found);
+    if (found.empty()) continue;
+    log::warning(fmt::format(
+        "{}: {} of its {} cells '{}' intersect{} {}, the first near ({:.6g}, {:.6g}, "
+        "{:.6g}) µm; {} added as {}",
+        file, found.size(), state.species[s].count, state.species[s].name, found.size() == 1 ? "s" : "",
+        found.size() == 1 ? "itself" : "themselves", found[0][0], found[0][1], found[0][2],
+        found.size() == 1 ? "it is" : "they are", found.size() == 1 ? "it is" : "they are"));
+  }
+}
+
 }  // namespace
 
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
@@ -317,6 +344,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
       filling.placements.erase(filling.placements.begin() + std::ptrdiff_t(cell->first));
     }
   }
+  tellSelfIntersecting(state, filling.placements, file.string(), ranks);
   for (Cell& cell : state.cells) cell.species = types[cell.species];
   filling.cells = std::move(state.cells);
   filling = numbered(std::move(filling), running.cells.size(), ranks);

@@ -79,13 +79,13 @@ void requireVerified(const PackingResult& result, const Kept& kept, const Delive
   if (result.certificate.clean() && complete && kept.asExpected()) return;
   throw AgreedFailure(
       {ExitCode::internal,
-       fmt::format(
-           "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
-           "cells misplaced, HemoCell would delete some: {}); {}. This is an internal error; please report "
-           "it with the command",
-           result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
-           result.certificate.misplaced.size(), kept.asExpected() ? "no" : kept.reasons.front().first,
-           delivery.nothing)});
+       fmt::format("the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
+                   "cells misplaced, {} self-intersecting, HemoCell would delete some: {}); {}. This is an "
+                   "internal error; please report "
+                   "it with the command",
+                   result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+                   result.certificate.misplaced.size(), result.certificate.selfIntersecting.size(),
+                   kept.asExpected() ? "no" : kept.reasons.front().first, delivery.nothing)});
 }
 
 /// Whether a result will be handed out.

@@ -36,6 +36,9 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
     misplaced.push_back({numbers[m.cell], m.gap, m.required, static_cast<int>(m.reason.size())}),
         reasons += m.reason;
 
+  std::vector<SelfIntersectingCell> selfIntersecting = own.selfIntersecting;
+  for (SelfIntersectingCell& one : selfIntersecting) one.cell = numbers[one.cell];
+
   Certificate all;
   all.complete = !communicator.any(!own.complete);
   all.moreOverlaps = communicator.any(own.moreOverlaps);
@@ -59,6 +62,9 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   }
   std::sort(all.misplaced.begin(), all.misplaced.end(),
             [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
+  all.selfIntersecting = communicator.gatherAll(selfIntersecting);
+  std::sort(all.selfIntersecting.begin(), all.selfIntersecting.end(),
+            [](const SelfIntersectingCell& a, const SelfIntersectingCell& b) { return a.cell < b.cell; });
   return all;
 }
 

@@ -40,11 +40,18 @@ constexpr double measuredUpTo(double required) {
   return std::max(gapOfInterest, 1.5 * required);
 }
 
+/// A cell with a mesh of its own that intersects itself; no packing can cure it.
+struct SelfIntersectingCell {
+  std::int64_t cell = 0;
+  int first = 0, second = 0;  ///< triangles that meet; the same one if it has no area
+};
+
 struct Certificate {
   std::int64_t cells = 0;
   std::int64_t pairsTested = 0;  ///< pairs whose bounding spheres are closer than the required gap
   std::vector<OverlappingPair> overlapping;
   std::vector<MisplacedCell> misplaced;
+  std::vector<SelfIntersectingCell> selfIntersecting;
   /// Smallest gap between two membranes [µm]: exact up to the largest gap measured, infinity if no pair is
   /// closer, 0 if any pair overlaps.
   double minimumGap = std::numeric_limits<double>::infinity();
@@ -56,7 +63,9 @@ struct Certificate {
   /// True if so many pairs overlap that only some of them are listed: see LimitedSearch.
   bool moreOverlaps = false;
 
-  bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
+  bool clean() const {
+    return complete && overlapping.empty() && misplaced.empty() && selfIntersecting.empty();
+  }
 };
 
 /// Sorts by first, second and shift.

@@ -53,6 +53,9 @@ Certifier::Certifier(const CertificateInput& input, LimitedSearch* search)
       wallGap_(input.largestWallGap, input.largestWallGap) {
   certificate_.gapsMeasuredUpTo = input.largestGap;
   certificate_.wallGapsMeasuredUpTo = input.largestWallGap;
+  for (const Shape* const shape : input_.shapes)
+    if (const Shape* const undeformed = shape->undeformed().get())
+      finders_.try_emplace(undeformed, undeformed->mesh());
   neighbors_.emplace(cells_.neighbors());
   examineAll(search);
   finish();
@@ -91,10 +94,13 @@ void Certifier::forgetChanged() {
       std::remove_if(pairs.begin(), pairs.end(),
                      [&](const OverlappingPair& p) { return changed_[p.first] || changed_[p.second]; }),
       pairs.end());
-  auto& misplaced = certificate_.misplaced;
-  misplaced.erase(std::remove_if(misplaced.begin(), misplaced.end(),
-                                 [&](const MisplacedCell& m) { return changed_[m.cell]; }),
-                  misplaced.end());
+  const auto forget = [&](auto& faults) {
+    faults.erase(
+        std::remove_if(faults.begin(), faults.end(), [&](const auto& one) { return changed_[one.cell]; }),
+        faults.end());
+  };
+  forget(certificate_.misplaced);
+  forget(certificate_.selfIntersecting);
 }
 
 template <class Examine>
@@ -102,9 +108,6 @@ void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& e
                         const std::function<bool()>& isKept) {
   PerThread<Findings> found(input_.threads, {pairGap_, wallGap_});
   std::atomic<bool> stops{!certificate_.complete};
-  const auto until = [&](const Findings& own) {
-    return input_.upToFirstFault && !(own.overlapping.empty() && own.misplaced.empty());
-  };
   input_.threads.forEachPart(
       static_cast<std::int64_t>(cells.size()),
       [&](std::int64_t begin, std::int64_t end, int thread) {
@@ -112,7 +115,7 @@ void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& e
           if (thread == 0 && input_.stop && input_.stop()) stops = true;
           if (stops) return;
           examine(cells[k], found[thread]);
-          if (until(found[thread])) stops = true;
+          if (input_.upToFirstFault && found[thread].any()) stops = true;
         }
       },
       cellsPerPart);
@@ -132,6 +135,7 @@ void Certifier::take(const Findings& findings) {
   const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   append(certificate_.overlapping, findings.overlapping);
   append(certificate_.misplaced, findings.misplaced);
+  append(certificate_.selfIntersecting, findings.selfIntersecting);
   certificate_.pairsTested += findings.pairsTested;
 }
 
@@ -143,6 +147,7 @@ void Certifier::examineAll(LimitedSearch* search) {
   forEach(own, [&](std::int64_t i, Findings& found) {
     if (!search) examinePairs(i, true, true, found);
     examineWall(i, true, found);
+    examineMembrane(i, found);
   });
 }
 
@@ -183,6 +188,7 @@ void Certifier::examineChanged() {
   forEach(changed, [&](std::int64_t i, Findings& found) {
     examinePairs(i, false, true, found);
     examineWall(i, true, found);
+    examineMembrane(i, found);
   });
   measureLater(stale_);
   stale_.clear();
@@ -190,8 +196,11 @@ void Certifier::examineChanged() {
 
 void Certifier::finish() {
   sortByCells(certificate_.overlapping);
-  std::sort(certificate_.misplaced.begin(), certificate_.misplaced.end(),
-            [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
+  const auto sort = [](auto& faults) {
+    std::sort(faults.begin(), faults.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
+  };
+  sort(certificate_.misplaced);
+  sort(certificate_.selfIntersecting);
   summarise();
 }
 
@@ -276,6 +285,14 @@ void Certifier::examineWall(std::int64_t cell, bool isNew, Findings& found) {
     found.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap, required});
   wallGaps_[cell] = verdict.gap;
   found.wallGap.found(verdict.gap);
+}
+
+/// Tests a deformed cell for self-intersection. Templates do not intersect themselves.
+void Certifier::examineMembrane(std::int64_t cell, Findings& found) const {
+  if (!cells_.isOwn(cell) || !cells_.shape(cell).undeformed()) return;
+  const SelfIntersectionFinder& finder = finders_.at(cells_.shape(cell).undeformed().get());
+  if (const auto pair = finder(placedVertices(cells_.shape(cell).mesh(), cells_.placement(cell))))
+    found.selfIntersecting.push_back({cell, pair->first, pair->second});
 }
 
 void Certifier::settlePairGap() {

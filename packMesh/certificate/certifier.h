@@ -5,12 +5,14 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
 #include "packMesh/certificate/certified_cells.h"
 #include "packMesh/certificate/overlap_search.h"
 #include "packMesh/certificate/smallest_gap.h"
+#include "packMesh/mesh/self_intersection_finder.h"
 
 namespace packmesh {
 
@@ -56,6 +58,8 @@ class Certifier {
     std::vector<Near> near = {};
     std::vector<OverlappingPair> overlapping = {};
     std::vector<MisplacedCell> misplaced = {};
+    std::vector<SelfIntersectingCell> selfIntersecting = {};
+    bool any() const { return !(overlapping.empty() && misplaced.empty() && selfIntersecting.empty()); }
     std::int64_t pairsTested = 0;
   };
   /// Calls examine(cell, findings) for cells, shared among the threads, until told to stop; then takes what
@@ -78,6 +82,7 @@ class Certifier {
   void settlePairGap();
   void examineWall(std::int64_t cell, bool isNew, Findings& found);
   void settleWallGap();
+  void examineMembrane(std::int64_t cell, Findings& found) const;
   void summarise();
 
   const CertificateInput input_;
@@ -96,6 +101,8 @@ class Certifier {
 
   std::vector<double> wallGaps_;  ///< per cell, likewise [µm]
   SmallestGap wallGap_;
+
+  std::map<const Shape*, SelfIntersectionFinder> finders_;  ///< for deformed cells, by template
 };
 
 }  // namespace packmesh

@@ -27,7 +27,8 @@ struct MeshPairResult {
 /// Determines exactly (Shewchuk's adaptive predicates on the world vertices `placement(v)`) the relative
 /// position of two meshes.
 /// @param gapOfInterest only gaps below this are measured [µm]; 0: none
-/// Pre: both meshes closed, not self-intersecting, consistently oriented; placements invertible (any scale).
+/// Pre: both meshes closed and consistently oriented, templates not self-intersecting; placements invertible
+/// (any scale).
 MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacement,
                       const MeshHierarchy& second, const Placement& secondPlacement,
                       double gapOfInterest = 0.0);
@@ -40,8 +41,8 @@ double surfaceGap(const MeshHierarchy& first, const Placement& firstPlacement, c
 /// A sphere that contains every world vertex of a placed mesh.
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement);
 
-/// True if `p` lies inside the closed mesh placed by `placement` (exact; points on the surface count as
-/// inside).
+/// True if `p` lies inside the closed mesh placed by `placement`: the surface winds around it, once or more
+/// often. Exact; points on the surface count as inside.
 bool isInside(const Vec3& p, const MeshHierarchy& mesh, const Placement& placement);
 
 }  // namespace packmesh

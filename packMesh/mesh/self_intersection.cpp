@@ -9,11 +9,8 @@
 #include "packMesh/mesh/triangle_tree.h"
 
 namespace packmesh {
-namespace {
 
-/// True if two triangles have common points other than the vertices and edges they share.
-bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
-  Triangle a = mesh.triangles[s], b = mesh.triangles[t];
+bool meetBeyondShared(const std::vector<Vec3>& v, Triangle a, Triangle b) {
   // Move the shared vertices to the front of both.
   int shared = 0;
   for (int i = 0; i < 3; ++i)
@@ -24,7 +21,6 @@ bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
         ++shared;
         break;
       }
-  const std::vector<Vec3>& v = mesh.vertices;
   const Vec3 &a0 = v[a[0]], &a1 = v[a[1]], &a2 = v[a[2]], &b0 = v[b[0]], &b1 = v[b[1]], &b2 = v[b[2]];
   switch (shared) {
     case 0:
@@ -43,8 +39,6 @@ bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
   }
 }
 
-}  // namespace
-
 std::optional<TrianglePair> findSelfIntersection(const TriangleMesh& mesh) {
   std::optional<TrianglePair> found;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -55,7 +49,7 @@ std::optional<TrianglePair> findSelfIntersection(const TriangleMesh& mesh) {
   std::size_t pairs = 0;
   TriangleTree(mesh).forEachPair(mesh, [&](int s, int t) {
     pollAt(pairs++);
-    if (meetBeyondShared(mesh, s, t)) found = std::minmax(s, t);
+    if (meetBeyondShared(mesh.vertices, mesh.triangles[s], mesh.triangles[t])) found = std::minmax(s, t);
     return !found;
   });
   return found;

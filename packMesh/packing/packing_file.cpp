@@ -41,7 +41,7 @@ void writeKinds(Hdf5Writer& out, const std::vector<PackingTables::Kind>& kinds) 
 
 void writeFaults(Hdf5Writer& out, const Certificate& certificate) {
   out.group("/faults");
-  std::vector<std::int64_t> pairs, misplaced;
+  std::vector<std::int64_t> pairs, misplaced, selfIntersecting;
   for (std::size_t i = 0; i < std::min(mostFaults, certificate.overlapping.size()); ++i)
     pairs.insert(pairs.end(), {certificate.overlapping[i].first, certificate.overlapping[i].second});
   out.group("/faults/reasons");
@@ -49,8 +49,11 @@ void writeFaults(Hdf5Writer& out, const Certificate& certificate) {
     misplaced.push_back(certificate.misplaced[i].cell);
     out.attribute("/faults/reasons", std::to_string(i).c_str(), certificate.misplaced[i].reason);
   }
+  for (const SelfIntersectingCell& one : certificate.selfIntersecting)
+    if (selfIntersecting.size() < mostFaults) selfIntersecting.push_back(one.cell);
   out.commonTable("/faults/overlapping", 2, pairs);
   out.commonTable("/faults/misplaced", 1, misplaced);
+  out.commonTable("/faults/self_intersecting", 1, selfIntersecting);
 }
 
 void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {

@@ -49,7 +49,7 @@ const RepairPolicy& RepairPolicy::after(std::int64_t part) {
 
 bool Repairs::isMet(const RepairPolicy& policy, const Certificate& found) const {
   if (!policy.calibrates) return found.clean();
-  return found.complete && found.misplaced.empty() &&
+  return found.complete && found.misplaced.empty() && found.selfIntersecting.empty() &&
          std::none_of(found.overlapping.begin(), found.overlapping.end(),
                       [&](const OverlappingPair& p) { return p.gap <= 0.0 || p.gap < physics_.clearance; });
 }
@@ -121,6 +121,7 @@ std::set<std::int64_t> failingCells(const Certificate& found, const Physics& phy
   std::map<std::int64_t, int> failures;
   std::set<std::int64_t> out;
   for (const MisplacedCell& cell : found.misplaced) out.insert(cell.cell);
+  for (const SelfIntersectingCell& one : found.selfIntersecting) out.insert(one.cell);
   for (const OverlappingPair& pair : found.overlapping) ++failures[pair.first], ++failures[pair.second];
   for (const OverlappingPair& pair : found.overlapping) {
     if (out.count(pair.first) || out.count(pair.second)) continue;

@@ -63,8 +63,8 @@ class Repairs {
 /// pair in different order find the same one
 double clearanceCorrection(double gap, double required, double extra);
 
-/// Cells (ids) without which none of the others fails: all misplaced ones, and of each pair the cell that
-/// fails in more pairs, but no fixed one.
+/// Cells (ids) without which none of the others fails: all misplaced and self-intersecting ones, and of each
+/// pair the cell that fails in more pairs, but no fixed one.
 std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics);
 
 }  // namespace packmesh

@@ -119,8 +119,8 @@ void checkStock(const EscapeSettings& escape, std::size_t species) {
     if (bodies < 0) throw InputError("the reserve has a negative number of bodies");
 }
 
-/// Refuses fixed cells that overlap each other or the wall, since no packing is possible then. All ranks
-/// examine all of them.
+/// Refuses fixed cells that overlap each other, the wall or themselves, since no packing is possible then.
+/// All ranks examine all of them.
 void checkFixed(const Physics& physics, const Threads& threads) {
   std::vector<PlacedCell> cells;
   std::vector<std::string> names;
@@ -139,6 +139,8 @@ void checkFixed(const Physics& physics, const Threads& threads) {
     const MisplacedCell& cell = found.misplaced.front();
     throw InputError(names[cell.cell] + " is fixed, but " + cell.reason);
   }
+  if (!found.selfIntersecting.empty())
+    throw InputError(names[found.selfIntersecting.front().cell] + " is fixed, but intersects itself");
   if (!found.overlapping.empty()) {
     const OverlappingPair& pair = found.overlapping.front();
     throw InputError(names[pair.first] + " and " + names[pair.second] + " are fixed, but " +

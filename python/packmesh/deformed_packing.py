@@ -21,7 +21,7 @@ from .packing_file import RUN_COMMAND, Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
 from .run_lumen import RunLumen
 from .run_measures import is_red, warned_outside
-from .run_overlaps import overlapping, overlapping_membranes
+from .run_overlaps import faults_of_membranes, membrane_faults
 from .stored import StateFile
 
 _CELLS_AT_ONCE = 1024
@@ -33,15 +33,18 @@ _log = logging.getLogger("packmesh")
 class DeformedCheck(ByValue):
     """The exact test of deformed cells, numbered over all species, from 0.
 
-    overlapping: pairs with a common point, or of which one is inside the other, periodic images included
+    overlapping: pairs with a common point, or of which one is inside the other, periodic images included; a cell twice if it meets
+        its own image
     misplaced: cells that are not wholly inside the lumen, with reasons; None if the lumen is not known
+    self_intersecting: cells whose membrane meets itself
     """
 
     overlapping: List[Tuple[int, int]]
     misplaced: Optional[List[Tuple[int, str]]]
+    self_intersecting: List[int]
 
     def __bool__(self) -> bool:
-        return not self.overlapping and not self.misplaced
+        return not self.overlapping and not self.misplaced and not self.self_intersecting
 
 
 class DeformedPacking(CellPacking):
@@ -131,14 +134,15 @@ class DeformedPacking(CellPacking):
         return volume / self._lumen.volume
 
     def check(self) -> DeformedCheck:
-        """Tests the deformed cells exactly against each other and, with a case, against the wall of the lumen."""
+        """Tests the deformed cells exactly against each other and themselves and, with a case, against the wall of the lumen."""
         first = dict(zip(self.species_names, np.concatenate([[0], np.cumsum(list(self.counts.values()))])))
-        pairs = [sorted(int(first[name]) + i for name, i in pair) for pair in overlapping(self.step, self.species_names)]
+        faults = membrane_faults(self.step, self.species_names)
+        pairs = [sorted(int(first[name]) + i for name, i in pair) for pair in faults.overlapping]
         misplaced: Optional[List[Tuple[int, str]]] = None
         if self._lumen is not None:
             misplaced = [(int(first[name]) + i, reason) for name, vertices in self._vertices.items()
                          for i, reason in self._lumen.violations(vertices, self._templates[name][1])]
-        return DeformedCheck(sorted((a, b) for a, b in pairs), misplaced)
+        return DeformedCheck(sorted((a, b) for a, b in pairs), misplaced, sorted(int(first[name]) + i for name, i in faults.self_intersecting))
 
     def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes the rigid fits as ``<species>.pos``, and formats as Packing.write_pos() does: "stl" and "vtk-meshes" have the
@@ -254,7 +258,8 @@ class LoadedPacking(DeformedPacking):
     def check(self) -> DeformedCheck:
         types = [(vertices, self._templates[name][1]) for name, vertices in self._vertices.items() if len(vertices)]
         lumen = self._file.lumen
-        return DeformedCheck(overlapping_membranes(types, np.zeros(3) if lumen is None else lumen.period), None)
+        overlapping, themselves = faults_of_membranes(types, np.zeros(3) if lumen is None else lumen.period)
+        return DeformedCheck(overlapping, None, themselves)
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         self._source.write(os.fspath(file))
@@ -276,7 +281,7 @@ class _StepCells(PackingFile):
         self._packing, self.path = packing, packing.step.folder
         self.species, self.positions = packing.species, packing.positions
         self.orientations = np.roll(packing.rotations, 1, axis=1)
-        self.columns, self.finished, self.of_run, self.faults = {}, False, True, Faults([], [])
+        self.columns, self.finished, self.of_run, self.faults = {}, False, True, Faults([], [], [])
         self.deformed = np.ones(len(self.species), bool)
         self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
         lumen = packing._lumen

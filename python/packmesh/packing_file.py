@@ -50,10 +50,11 @@ class Lumen:
 
 @dataclasses.dataclass(frozen=True)
 class Faults:
-    """Numbers of cells: pairs that overlap, and those that are not inside the lumen, with the reasons."""
+    """Numbers of cells: pairs that overlap, those that are not inside the lumen, with the reasons, and those that intersect themselves."""
 
     overlapping: List[Tuple[int, int]]
     misplaced: List[Tuple[int, str]]
+    self_intersecting: List[int]
 
 
 class PackingFile:
@@ -234,11 +235,13 @@ def _lumen_of(file: Group) -> Optional[Lumen]:
 
 def _faults_of(file: Group, cells: int) -> Faults:
     if "faults" not in file:
-        return Faults([], [])
+        return Faults([], [], [])
     faults = file.group("faults")
     reasons, pairs = faults.group("reasons"), faults.table("overlapping", whole=True).reshape(-1, 2)
     misplaced = faults.table("misplaced", whole=True).ravel()
-    for numbers in (pairs, misplaced):
+    crossed = faults.table("self_intersecting", whole=True).ravel() if "self_intersecting" in faults else np.zeros(0, int)
+    for numbers in (pairs, misplaced, crossed):
         if numbers.size and not 0 <= numbers.min() <= numbers.max() < cells:
             raise Damaged("faults of no cell")
-    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i))) for i, cell in enumerate(misplaced)])
+    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i))) for i, cell in enumerate(misplaced)],
+                  [int(cell) for cell in crossed])

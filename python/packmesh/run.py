@@ -5,7 +5,7 @@
 
 out/ is the output folder of the run, which contains hdf5/. For each step that was written, a table is printed: cells left and lost,
 hematocrit by the volumes of the deformed cells, cell-free layer, platelets near the wall, deformation, drifts of volume and area,
-overlapping membranes by the exact test, largest force, flow rate; then the cells lost: which, when and where. The same is drawn over
+overlapping and self-intersecting membranes by the exact test, largest force, flow rate; then the cells lost: which, when and where. The same is drawn over
 time on a page for the browser that needs no network. Needs h5py, for pages Jinja2; for what refers to the lumen the case, and the
 C++ module of this package, which also makes the exact test.
 """
@@ -49,7 +49,8 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
         columns.append((f"{platelets} at wall", of(platelets, "nearWall"), 2))
     columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3), ("inclination [°]", of(red, "inclination"), 1),
                 ("volume [%]", of(red, "volumeDrift", 100), 3), ("area [%]", of(red, "areaDrift", 100), 2),
-                ("overlaps", [step["overlaps"] for step in steps], 0), ("force [pN]", [largest_force(step) for step in steps], 2),
+                ("overlaps", [step["overlaps"] for step in steps], 0),
+                ("self-int.", [step["selfIntersecting"] for step in steps], 0), ("force [pN]", [largest_force(step) for step in steps], 2),
                 ("flow [µm³/ms]", [None if step["flow"] is None else 1e-3 * step["flow"] for step in steps], 1)]
     return [column for column in columns if any(value is not None for value in column[1])]
 
@@ -180,6 +181,12 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
         rows = [[head.lstrip("#") for head in HEADS_OF_LOST], *lost]
         for line, row in zip(table_lines([[" ".join(row[:2]), *row[2:-1]] for row in rows]), rows):
             files.say(f"  {line}  {row[-1]}")
+    for step in steps:
+        crossed = step.get("selfIntersections", [])
+        if crossed:
+            names = ", ".join(f"{name} {f'{number}' if isinstance(number, int) else f'at {number}'}" for name, number in crossed[:5])
+            more = f" and {step['selfIntersecting'] - 5} more" if (step["selfIntersecting"] or 0) > 5 else ""
+            files.say(f"Membranes that intersect themselves at iteration {step['iteration']}: {names}{more}")
     for text in analysis.unknown_ids[:1]:
         files.warn(f"{text}; cells that are lost there are not listed")
     if analysis.entered:

@@ -13,7 +13,7 @@ from packmesh.fluid_files import flow_rates
 from packmesh.hemocell_run import Step
 from packmesh.membrane_measures import Shapes, joined_shapes, points_of, shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen
-from packmesh.run_overlaps import overlapping
+from packmesh.run_overlaps import membrane_faults
 
 LAYER = 0.5  # width of the layers along the axis and by distance to the wall [µm]
 _AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wall [lattice spacings]
@@ -103,12 +103,15 @@ class RunAnalysis:
             "species": {name: self._figures(name, one) for name, one in found.items()},
             "preInlet": {} if inlet is None else inlet.counts,
             "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen and volume is not None else None,
-            "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None}
+            "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None,
+            "selfIntersecting": None}
         figures.update(profiles.fractions(self._layers() if self.lumen else None))
         if self.overlaps:
-            pairs = overlapping(step, [name for name in step.species_names if step.has_triangles(name)], progress)
-            figures["overlaps"] = len(pairs) if all(map(step.has_triangles, step.species_names)) else None
-            figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in pairs[:20]]
+            faults = membrane_faults(step, [name for name in step.species_names if step.has_triangles(name)], progress)
+            if all(map(step.has_triangles, step.species_names)):
+                figures["overlaps"], figures["selfIntersecting"] = len(faults.overlapping), len(faults.self_intersecting)
+            figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in faults.overlapping[:20]]
+            figures["selfIntersections"] = [_named(step, found, cell) for cell in faults.self_intersecting[:20]]
         self._before = (step.iteration, found)
         self._tell_outside(step, found)
         return figures

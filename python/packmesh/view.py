@@ -121,7 +121,8 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
         "gaps": measured("gap"), "localHematocrits": measured("local_hematocrit"),
         "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
         "overlapping": packing.faults.overlapping,
-        "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced]}
+        "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced],
+        "selfIntersecting": packing.faults.self_intersecting}
 
 
 def embedded(data: Any) -> str:

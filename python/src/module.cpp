@@ -56,18 +56,20 @@ Communicator ranksOf(std::uintptr_t mpi) {
 // Numbers for Python.
 
 py::dict certificateOf(const Certificate& certificate) {
-  py::list overlapping, misplaced;
+  py::list overlapping, misplaced, selfIntersecting;
   for (const OverlappingPair& pair : certificate.overlapping)
     overlapping.append(
         py::make_tuple(pair.first, pair.second, vectorOf(pair.shift), pair.contained, pair.gap));
   for (const MisplacedCell& cell : certificate.misplaced)
     misplaced.append(py::make_tuple(cell.cell, cell.reason, cell.gap));
+  for (const SelfIntersectingCell& one : certificate.selfIntersecting) selfIntersecting.append(one.cell);
   py::dict all;
   all["clean"] = certificate.clean();
   all["cells"] = certificate.cells;
   all["pairs_tested"] = certificate.pairsTested;
   all["overlapping"] = overlapping;
   all["misplaced"] = misplaced;
+  all["self_intersecting"] = selfIntersecting;
   all["more_overlaps"] = certificate.moreOverlaps;
   all["minimum_gap"] = certificate.minimumGap;
   all["minimum_wall_gap"] = certificate.minimumWallGap;

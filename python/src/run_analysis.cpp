@@ -97,25 +97,32 @@ py::array_t<double> distancesOf(const PythonLumen& self, const Points& points) {
   return distances;
 }
 
+/// @param triangles shape (T, 3) @param vertices that there are
+std::vector<Triangle> trianglesOf(const Corners& triangles, py::ssize_t vertices) {
+  if (triangles.ndim() != 2 || triangles.shape(1) != 3)
+    throw InputError("meshes: expected triangles of shape (T, 3)");
+  const auto corners = triangles.unchecked<2>();
+  std::vector<Triangle> all;
+  for (py::ssize_t t = 0; t < corners.shape(0); ++t) {
+    all.push_back({corners(t, 0), corners(t, 1), corners(t, 2)});
+    for (const int corner : all.back())
+      if (corner < 0 || corner >= vertices) throw InputError("meshes: a triangle refers to no vertex");
+  }
+  return all;
+}
+
 /// Meshes of a type: vertices, shape (N, V, 3), and triangles, shape (T, 3).
 void addMeshes(const Points& vertices, const Corners& triangles, std::vector<TriangleMesh>& meshes) {
-  if (vertices.ndim() != 3 || vertices.shape(2) != 3 || triangles.ndim() != 2 || triangles.shape(1) != 3)
-    throw InputError("mesh_overlaps: expected vertices of shape (N, V, 3) and triangles of shape (T, 3)");
+  if (vertices.ndim() != 3 || vertices.shape(2) != 3)
+    throw InputError("meshes: expected vertices of shape (N, V, 3)");
   const auto points = vertices.unchecked<3>();
-  const auto corners = triangles.unchecked<2>();
-  TriangleMesh mesh;
-  for (py::ssize_t t = 0; t < corners.shape(0); ++t) {
-    mesh.triangles.push_back({corners(t, 0), corners(t, 1), corners(t, 2)});
-    for (const int corner : mesh.triangles.back())
-      if (corner < 0 || corner >= points.shape(1))
-        throw InputError("mesh_overlaps: a triangle refers to no vertex");
-  }
+  TriangleMesh mesh{{}, trianglesOf(triangles, points.shape(1))};
   mesh.vertices.resize(points.shape(1));
   for (py::ssize_t i = 0; i < points.shape(0); ++i) {
     for (py::ssize_t v = 0; v < points.shape(1); ++v)
       mesh.vertices[v] = Vec3(points(i, v, 0), points(i, v, 1), points(i, v, 2));
     for (const Vec3& vertex : mesh.vertices)
-      if (!vertex.allFinite()) throw InputError("mesh_overlaps: expected finite vertices");
+      if (!vertex.allFinite()) throw InputError("meshes: expected finite vertices");
     meshes.push_back(mesh);
   }
 }
@@ -154,17 +161,76 @@ py::object cellTemplate(const std::string& name, const std::optional<std::filesy
   return arraysOf(buildTemplate(*model, dx));
 }
 
-/// Pairs of numbers of meshes that overlap, counted through all types, and whether one contains the other.
-std::vector<std::tuple<std::int64_t, std::int64_t, bool>> meshOverlaps(
-    const std::vector<std::pair<Points, Corners>>& types) {
-  std::vector<TriangleMesh> meshes;
-  for (const auto& [vertices, triangles] : types) addMeshes(vertices, triangles, meshes);
-  std::vector<std::tuple<std::int64_t, std::int64_t, bool>> pairs;
+using FloatPoints = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// Vertices of a type, shape (N, V, 3), in units of `scale` [µm], as they are: in single or double precision.
+struct MeshTable {
+  py::array owner;
+  const float* single = nullptr;
+  const double* precise = nullptr;
+  py::ssize_t count = 0, vertices = 0;
+  double scale = 1.0;
+
+  MeshTable(const py::array& given, double unit) : scale(unit) {
+    if (py::isinstance<py::array_t<float>>(given)) {
+      const FloatPoints points(given);
+      single = points.data();
+      owner = points;
+    } else {
+      const Points points(given);
+      precise = points.data();
+      owner = points;
+    }
+    if (owner.ndim() != 3 || owner.shape(2) != 3)
+      throw InputError("meshes: expected vertices of shape (N, V, 3)");
+    count = owner.shape(0);
+    vertices = owner.shape(1);
+  }
+  double at(py::ssize_t i) const { return scale * (single ? double(single[i]) : precise[i]); }
+};
+
+/// The cells of a step with their periodic images, whose vertices stay in the tables given.
+struct PythonMeshes {
+  std::vector<MeshTable> tables;  ///< of each type
+  std::unique_ptr<const MeshOverlaps> overlaps;
+
+  /// Faults of some of the meshes, see MeshOverlaps::examine(): pairs of numbers of meshes that overlap,
+  /// counted through all types, and meshes that intersect themselves.
+  py::tuple examine(std::int64_t begin, std::int64_t end) const {
+    std::vector<std::pair<std::int64_t, std::int64_t>> pairs;
+    std::vector<std::int64_t> themselves;
+    Caller().run([&] {
+      const MeshFaults found = overlaps->examine(begin, end);
+      for (const OverlappingPair& pair : found.overlapping) pairs.emplace_back(pair.first, pair.second);
+      for (const SelfIntersectingCell& one : found.selfIntersecting) themselves.push_back(one.cell);
+    });
+    return py::make_tuple(pairs, themselves);
+  }
+};
+
+/// @param types vertices, their unit [µm], and triangles (T, 3) @param period [µm], 0: not periodic
+std::unique_ptr<PythonMeshes> meshesOf(const std::vector<std::tuple<py::array, double, Corners>>& types,
+                                       const std::array<double, 3>& period) {
+  auto made = std::make_unique<PythonMeshes>();
+  MeshesOfKinds meshes;
+  for (const auto& [vertices, scale, triangles] : types) {
+    const MeshTable& table = made->tables.emplace_back(vertices, scale);
+    meshes.kinds.push_back({trianglesOf(triangles, table.vertices), table.count});
+  }
+  meshes.make = [&tables = made->tables](std::size_t kind, std::int64_t index, std::vector<Vec3>& vertices) {
+    const MeshTable& table = tables[kind];
+    vertices.resize(std::size_t(table.vertices));
+    py::ssize_t i = 3 * index * table.vertices;
+    for (Vec3& v : vertices) {
+      for (int k = 0; k < 3; ++k) v[k] = table.at(i++);
+      if (!v.allFinite()) throw InputError("meshes: expected finite vertices");
+    }
+  };
   Caller().run([&] {
-    for (const OverlappingPair& pair : findMeshOverlaps(meshes, Threads(availableCores())))
-      pairs.emplace_back(pair.first, pair.second, pair.contained);
+    made->overlaps = std::make_unique<const MeshOverlaps>(std::move(meshes), Vec3(period.data()),
+                                                          Threads(availableCores()));
   });
-  return pairs;
+  return made;
 }
 
 /// Writes the cells of a step as a state. @param kinds name, vertices (V, 3) and triangles (T, 3) of the
@@ -224,7 +290,7 @@ void addRunAnalysis(py::module_& module) {
       .def("distances", &distancesOf)
       .def("violations", &violationsOf);
   module.def("lumen", &lumenOf);
-  module.def("mesh_overlaps", &meshOverlaps);
+  py::class_<PythonMeshes>(module, "Meshes").def(py::init(&meshesOf)).def("examine", &PythonMeshes::examine);
   module.def("cell_template", &cellTemplate);
   module.def("save_cells", &saveDeformed);
 }

@@ -4,5 +4,5 @@
 
 #include <pybind11/pybind11.h>
 
-/// Adds Lumen, lumen(), mesh_overlaps(), cell_template() and save_cells().
+/// Adds Lumen, lumen(), Meshes, cell_template() and save_cells().
 void addRunAnalysis(pybind11::module_& module);

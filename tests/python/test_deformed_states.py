@@ -192,6 +192,69 @@ def test_hematocrit_of_membranes(state, program):
     assert packmesh.load(folder / "grown.h5").hematocrit == pytest.approx(reached, rel=1e-6)
 
 
+def save_like(packing, file, red, box=((0, 0, 0), (30, 19.5, 19.5))):
+    """A state of red cells with these membranes and the platelets of a packing."""
+    kinds = []
+    for name, own in (("RBC", red), ("PLT", packing.vertices("PLT"))):
+        centers = own.mean(axis=1, keepdims=True)
+        kinds.append((name, *template(name), centers[:, 0], np.tile([0, 0, 0, 1.0], (len(own), 1)), own - centers))
+    packmesh._packmesh.save_cells(str(file), ["test"], kinds, None, box)
+
+
+@pytest.fixture
+def crossed(state):
+    """The case, with a state in which the second red cell is pushed through itself."""
+    case, packing = state
+    red = packing.vertices("RBC").copy()
+    top = np.argmax(red[1][:, 1])
+    red[1, top, 1] -= 2.7
+    save_like(packing, case / "crossed.h5", red)
+    return case
+
+
+def test_self_intersections_are_found(crossed, program):
+    words = (crossed / "config.xml", "--ends", "periodic")
+    text = checked(crossed, "crossed.h5", 4)
+    assert "Overlapping pairs: 0" in text and "Cells that intersect themselves: 1" in text and "Verdict: not clean" in text
+    assert re.search(r"crossed.h5: RBC 2: triangles \d+ and \d+ meet", text)
+    subprocess.run([PROGRAM, "check", *words, "--start", "crossed.h5", "--report", "found.json"], cwd=crossed, capture_output=True, check=False)
+    assert json.loads((crossed / "found.json").read_text())["certificate"]["selfIntersecting"] == 1
+    assert "Cells that intersect themselves: 0" in checked(crossed, "flowing.h5")
+
+
+def test_self_intersections_are_not_packed(crossed, program):
+    words = (crossed / "config.xml", "--ends", "periodic")
+    said = r"crossed.h5: 1 of its 9 cells 'RBC' with meshes of their own intersects itself, the first near \(.*\) µm; it gets the undeformed shape"
+    folder, text = program(*words, "--start", crossed / "crossed.h5", "--output-dir", ".", folder="started")
+    assert re.search(said, text) and "Certificate: clean" in text
+    with h5py.File(folder / "state.h5") as file:
+        assert file["species/0/membranes"].shape[0] == 8
+    folder, text = program("--cylinder", "x", 9, 30, "--ends", "periodic", "--blood", crossed / "crossed.h5", "--hematocrit", 0.15, "--output-dir", ".",
+                           folder="blood")
+    assert re.search(said, text) and "Certificate: clean" in text
+    assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 30, "--ends", "periodic", "--start", folder / "state.h5")[1]
+    _, text = program(*words, "--fixed", crossed / "crossed.h5", "--hematocrit", 0.15, folder="fixed", code=2)
+    assert "crossed.h5: 1 of its 9 cells 'RBC' intersects itself, the first is cell 2 near (" in text
+
+
+def test_hematocrit_of_some_membranes(state, program):
+    """Where some cells are deformed, with other volumes, and others are not."""
+    case, packing = state
+    own = packing.vertices("RBC")
+    centers = own.mean(axis=1, keepdims=True)
+    save_like(packing, case / "small.h5", centers + 0.6 ** (1 / 3) * (own - centers))
+    mixed, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "small.h5", "--rbc", 18, "--output-dir", ".", folder="mixed")
+    one = volumes_of(template("RBC")[0][None])[0]
+    for words, asked in (((), 0.3), (("--profile", "developed"), 0.2)):
+        folder, text = program("--cylinder", "x", 9, 60, "--ends", "periodic", "--blood", mixed / "state.h5", "--hematocrit", asked, *words,
+                               "--output-dir", ".", folder=f"blood{len(words)}")
+        assert "Certificate: clean" in text
+        reached = float(re.search(r"Hematocrit ([\d.]+) of the lumen by mesh volume", text).group(1))
+        assert abs(reached - asked) < 0.6 * one / (np.pi * 81 * 60)
+        if words:
+            assert f"hematocrit {asked:.3g}" in text or f"{asked:.2f}" in text
+
+
 def test_views_have_the_membranes(state, program, monkeypatch):
     """The page, the picture, the scene and trimesh have the meshes of the cells beside templates."""
     case, packing = state
@@ -331,7 +394,7 @@ def test_load(state, tmp_path, caplog):
         for name in ("RBC", "PLT"):
             np.testing.assert_allclose(one.vertices(name), packing.vertices(name), rtol=0, atol=1e-9)
             np.testing.assert_allclose(one.pos_lines(name), packing.pos_lines(name), rtol=0, atol=1e-6)
-        assert one.check() == packmesh.DeformedCheck([], None) == packmesh.check(file)
+        assert one.check() == packmesh.DeformedCheck([], None, []) == packmesh.check(file)
     assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"])][:2] == ["RBC.pos", "PLT.pos"]
     assert "# period: 30 0 0\n" in (tmp_path / "pos/cells.csv").read_text() and not caplog.messages
     assert packmesh.pack(cylinder=("x", 9, 30), ends="periodic", fixed=loaded, best_effort=True).deformed

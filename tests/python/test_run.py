@@ -17,7 +17,7 @@ from packmesh.joined_cells import Domain
 from packmesh.membrane_measures import shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import RunLumen
 from packmesh.run_measures import RunAnalysis
-from packmesh.run_overlaps import overlapping
+from packmesh.run_overlaps import membrane_faults
 from conftest import SOURCE
 from write_run import Writer, rotation, sphere
 
@@ -221,11 +221,28 @@ def test_overlaps(case):
     writer.write(100, {"RBC": (cells, TRIANGLES, np.arange(8)), "PLT": (small, TRIANGLES, np.array([8, 9]))})
     step = packmesh.hemocell_output(case / "out")[0]
     names = ["RBC", "PLT"]
-    found = {tuple(sorted(int(step.ids(name)[i]) for name, i in pair)) for pair in overlapping(step, names)}
+    found = {tuple(sorted(int(step.ids(name)[i]) for name, i in pair)) for pair in membrane_faults(step, names).overlapping}
     # 6 and 7 share one point, a vertex of both; 1 and 0 overlap, 2 and 3 across the face, 5 is inside 4.
     assert found == {(0, 1), (2, 3), (4, 5), (6, 7), (7, 8)}
     figures = RunAnalysis(None).analyse(step)
     assert figures["overlaps"] == 5 and figures["hematocrit"] is None and ["RBC", 4] in sum(figures["overlapping"], [])
+
+
+def test_own_images_and_self_intersections(case):
+    """A cell as long as the period meets its own image, one pushed through itself meets itself; both are named."""
+    long, crossed = ball((15, 6, 10), 2.0), ball((15, 14, 10), 2.0)
+    long[:, 0] = 15 + (long[:, 0] - 15) * 7.6
+    farthest = np.argmax(crossed[:, 2])
+    crossed[farthest, 2] -= 6.0
+    Writer(case / "out", all_cells=3).write(100, {"RBC": (np.array([long, crossed, ball((5, 14, 10), 2.0)]), TRIANGLES, np.arange(3))})
+    step = packmesh.hemocell_output(case / "out")[0]
+    faults = membrane_faults(step, ["RBC"])
+    ids = step.ids("RBC")
+    assert [[ids[i] for _, i in pair] for pair in faults.overlapping] == [[0, 0]] and [ids[i] for _, i in faults.self_intersecting] == [1]
+    figures = RunAnalysis(None).analyse(step)
+    assert figures["overlapping"] == [[["RBC", 0], ["RBC", 0]]] and figures["selfIntersecting"] == 1
+    text = run_command("out", "--no-page", cwd=case)
+    assert "self-int." in text and "Membranes that intersect themselves at iteration 100: RBC 1" in text
 
 
 def test_overlaps_window_by_window(case, monkeypatch):
@@ -236,11 +253,11 @@ def test_overlaps_window_by_window(case, monkeypatch):
     cells = np.array([ball(random.uniform((0, 3, 3), (30, 17, 17)), random.uniform(0.5, 2.5)) for _ in range(120)])
     Writer(case / "out", all_cells=120).write(100, {"RBC": (cells, TRIANGLES, np.arange(120))})
     step = packmesh.hemocell_output(case / "out")[0]
-    everything = overlapping(step, ["RBC"])
-    assert len(everything) > 50
+    everything = membrane_faults(step, ["RBC"])
+    assert len(everything.overlapping) > 50
     for size in (1, 7, 50):
         monkeypatch.setattr(run_overlaps, "CELLS_AT_ONCE", size)
-        assert overlapping(step, ["RBC"]) == everything
+        assert membrane_faults(step, ["RBC"]) == everything
 
 
 def test_page(case):

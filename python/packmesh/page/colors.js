@@ -20,6 +20,7 @@ const faults = (() => {
     if (a !== b) add(b, "overlaps cell " + (a + 1));
   }
   for (const one of stored.misplaced) add(one.cell, one.reason);
+  for (const cell of stored.selfIntersecting || []) add(cell, "intersects itself");
   return found;
 })();
 

@@ -55,7 +55,7 @@ function runPlots() {
     timePlot("order", "Order of the red cells' short axes along x, y, z", "order", orderCurves(), { signed: true }),
     timePlot("volume", "Mean change of volume", "change [%]", eachSpecies("volumeDrift", 100), { signed: true }),
     timePlot("area", "Mean change of area", "change [%]", eachSpecies("areaDrift", 100), { signed: true }),
-    timePlot("overlaps", "Overlapping membranes", "pairs", [curveOf("pairs", "#b3261e", ofStep("overlaps"))], { whole: true }),
+    timePlot("overlaps", "Overlapping membranes", "pairs", [curveOf("pairs", "#b3261e", ofStep("overlaps")), curveOf("self-intersecting cells", "#8e24aa", ofStep("selfIntersecting"))], { whole: true }),
     timePlot("force", "Largest force on a vertex", "force [pN]", eachSpecies("force")),
     timePlot("flow", "Flow rate", "flow rate [µm³/ms]", [curveOf("flow rate", "#1f5fa8", ofStep("flow", 1e-3))]),
     profilePlot("axis", "along", "Volume fractions along " + report.axis, report.axis + " [µm]"),
@@ -75,6 +75,7 @@ function showRunTiles() {
   tile(String(lost), "cells lost", lost ? "bad" : "good");
   change("hematocrit", 4, "", "hematocrit");
   change("cellFreeLayer", 2, " µm", "cell-free layer");
+  if (last.selfIntersecting) tile(String(last.selfIntersecting), "self-intersecting cells", "bad");
   if (last.overlaps !== null) tile(String(last.overlaps), "overlapping pairs", last.overlaps ? "bad" : "good");
 }
 

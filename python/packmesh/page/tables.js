@@ -29,7 +29,8 @@ function counted(n, one, many) {
 function verdictText(certificate) {
   if (certificate.clean) return "certificate: no overlap, all inside";
   return "certificate: " + counted(certificate.overlapping, "overlapping pair", "overlapping pairs") + ", " +
-    counted(certificate.misplaced, "cell", "cells") + " misplaced";
+    counted(certificate.misplaced, "cell", "cells") + " misplaced" +
+    (certificate.selfIntersecting ? ", " + certificate.selfIntersecting + " self-intersecting" : "");
 }
 
 /** @param heads those that begin with '#' denote numeric columns; empty: no head */
@@ -132,6 +133,7 @@ function showCertificate() {
     ["cells examined", shown(c.cells)], ["pairs tested", shown(c.pairs)]];
   if (!c.clean)
     rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
+  if (c.selfIntersecting) rows.push(["cells that intersect themselves", shown(c.selfIntersecting)]);
   rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);
   if (report.lumen.wall) rows.push(["smallest gap to the wall", wallGapText(c)]);
   if (report.hemocell) {

@@ -48,17 +48,6 @@ TEST_CASE("Cell numbers agree with packCells", "[counts]") {
   }
 }
 
-TEST_CASE("Existing cells count with their own volumes", "[counts]") {
-  CellSpecies red = species("RBC", 80, true);
-  red.excessVolume = 400.0;  // for example 20 cells of 100 µm³ among them
-  CHECK(countCells({red}, 0.4, 100000.0)[0] == 495);
-  CellSpecies stiff = species("RBC_stiff", 80, true);
-  stiff.ratio = 0.2;
-  const auto n = countCells({red, stiff}, 0.4, 100000.0);
-  CHECK(n[0] == 396);
-  CHECK(n[1] == 99);
-}
-
 TEST_CASE("Several red species share the hematocrit", "[counts]") {
   CellSpecies stiff = species("RBC_stiff", 80, true);
   stiff.ratio = 0.25;

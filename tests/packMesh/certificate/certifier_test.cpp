@@ -9,6 +9,8 @@
 #include "packMesh/container/primitives.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/deformed.h"
+#include "tests/support/shapes.h"
 
 using namespace packmesh;
 
@@ -245,4 +247,38 @@ TEST_CASE("After repair of a pair that was too close, the cells are examined onc
   REQUIRE(certifier.certificate().clean());
   REQUIRE(certifier.certificate().minimumGap == Approx(gap));
   REQUIRE(examined == 1);
+}
+
+TEST_CASE("A deformed cell that intersects itself is a fault of its own, wherever it is", "[certificate]") {
+  const std::shared_ptr<const Shape> red = test::redCellShape();
+  std::vector<Vec3> crossed = red->mesh().vertices;
+  crossed[0] = -2.0 * crossed[0];  // through the cell
+  const Shape plain(test::deformed(red->mesh(), 1), red), faulty(crossed, red);
+  std::vector<PlacedCell> cells(3);
+  for (int i = 0; i < 3; ++i)
+    cells[i] = {i, Pose{1.0, Quaternion::Identity(), Vec3(20.0 * i, 0, 0)}.placement()};
+  CertificateInput input;
+  input.shapes = {red.get(), &plain, &faulty};
+  input.cells = &cells;
+  Certifier certifier(input);
+  const auto requireFound = [&] {
+    const Certificate& found = certifier.certificate();
+    CHECK(found.overlapping.empty());
+    CHECK_FALSE(found.clean());
+    REQUIRE(found.selfIntersecting.size() == 1);
+    CHECK(found.selfIntersecting[0].cell == 2);
+    CHECK(found.selfIntersecting[0].first != found.selfIntersecting[0].second);
+  };
+  requireFound();
+  cells[1].placement.translation.y() += 1.0;
+  certifier.update({1});
+  requireFound();
+  cells[2].placement.translation.y() += 1.0;
+  certifier.update({2});
+  requireFound();
+  const Certificate of = ofAllRanks(certifier.certificate(), {7, 8, 9}, Communicator());
+  CHECK(of.selfIntersecting[0].cell == 9);
+  cells[2].species = 0;
+  certifier.update({2});
+  CHECK(certifier.certificate().clean());
 }

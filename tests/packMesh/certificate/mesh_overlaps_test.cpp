@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/mesh_overlaps.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -19,7 +20,52 @@ TriangleMesh pyramids(const Vec3& center, const Vec3& semi) {
   return mesh;
 }
 
+/// The faults of meshes, each of a kind of its own, examined a few at a time.
+MeshFaults faultsOf(const std::vector<TriangleMesh>& meshes, const Vec3& period = Vec3::Zero(),
+                    const Threads& threads = {}, std::int64_t atATime = 1000) {
+  MeshesOfKinds kinds;
+  for (const TriangleMesh& mesh : meshes) kinds.kinds.push_back({mesh.triangles, 1});
+  kinds.make = [&](std::size_t kind, std::int64_t, std::vector<Vec3>& vertices) {
+    vertices = meshes[kind].vertices;
+  };
+  const MeshOverlaps overlaps(kinds, period, threads);
+  MeshFaults all;
+  for (std::int64_t begin = 0; begin < overlaps.count(); begin += atATime) {
+    const MeshFaults some = overlaps.examine(begin, std::min(begin + atATime, overlaps.count()));
+    all.overlapping.insert(all.overlapping.end(), some.overlapping.begin(), some.overlapping.end());
+    all.selfIntersecting.insert(all.selfIntersecting.end(), some.selfIntersecting.begin(),
+                                some.selfIntersecting.end());
+  }
+  sortByCells(all.overlapping);
+  return all;
+}
+
+std::vector<OverlappingPair> findMeshOverlaps(const std::vector<TriangleMesh>& meshes,
+                                              const Threads& threads = {}, std::int64_t atATime = 1000) {
+  return faultsOf(meshes, Vec3::Zero(), threads, atATime).overlapping;
+}
+
 }  // namespace
+
+TEST_CASE("Meshes meet periodic images of others, and of themselves", "[certificate]") {
+  // The first is longer than the period along x, the second crosses a face along y, the third meets it there.
+  const std::vector<TriangleMesh> meshes = {pyramids({5, 5, 5}, {6, 1, 1}), pyramids({5, 0, 1}, {1, 1, 0.5}),
+                                            pyramids({5, 9.5, 1}, {1, 1, 0.5})};
+  CHECK(faultsOf(meshes).overlapping.empty());
+  const std::vector<OverlappingPair> found = faultsOf(meshes, {10, 10, 0}).overlapping;
+  REQUIRE(found.size() == 2);
+  CHECK((found[0].first == 0 && found[0].second == 0 && found[0].shift == Vec3(10, 0, 0)));
+  CHECK((found[1].first == 1 && found[1].second == 2 && found[1].shift == Vec3(0, -10, 0)));
+}
+
+TEST_CASE("Meshes that intersect themselves are named", "[certificate]") {
+  TriangleMesh twice = pyramids({0, 0, 0}, {4, 4, 4});
+  twice.vertices[4] = Vec3(3, 0, -5);  // through the lower pyramid
+  const MeshFaults found = faultsOf({pyramids({20, 0, 0}, {1, 1, 1}), twice});
+  CHECK(found.overlapping.empty());
+  REQUIRE(found.selfIntersecting.size() == 1);
+  CHECK(found.selfIntersecting[0].cell == 1);
+}
 
 TEST_CASE("Meshes of different shapes are tested against each other", "[certificate]") {
   // The first meets the second in a single point, and contains the third.
@@ -48,7 +94,7 @@ TEST_CASE("All overlapping meshes are found, on any number of threads", "[certif
           MeshRelation::apart)
         expected.emplace_back(i, j);
   for (const OverlappingPair& pair : findMeshOverlaps(meshes)) alone.emplace_back(pair.first, pair.second);
-  for (const OverlappingPair& pair : findMeshOverlaps(meshes, Threads(3)))
+  for (const OverlappingPair& pair : findMeshOverlaps(meshes, Threads(3), 7))
     shared.emplace_back(pair.first, pair.second);
   REQUIRE(expected.size() > 100);
   CHECK(alone == expected);
