@@ -20,7 +20,7 @@ packing.write_scene(folder / "together/cells.pov")
 try:
     packing.write_scene(folder / "together")
 except packmesh.OutputError as error:
-    assert "together: cannot be written" in str(error)
+    assert "together: exists and cannot be replaced by a file" in str(error)
 else:
     raise AssertionError("no error")
 loaded = packmesh.load(folder / "cells.h5", comm=comm)

@@ -90,10 +90,9 @@ TEST_CASE("A discharge hematocrit packs the hematocrit of the tube", "[executabl
   CHECK_THAT(ok(config, "config.xml").out, Contains("Discharge hematocrit 0.2: hematocrit 0.1"));
   CHECK_THAT(ok(config, "config.xml --hematocrit 0.1").out,
              Contains("Requested hematocrit: 0.1 of the lumen"));
-  CHECK_THAT(
-      ok(folder, "--cylinder x 2.4 20 --discharge-hematocrit 0.3 --dry-run --cell P 0 1 1 1 --noRotate")
-          .all(),
-      Contains("outside of the 5 to 500 µm"));
+  const Ran narrow = run(folder.path(), "--cylinder x 2.4 20 --discharge-hematocrit 0.3 --dry-run");
+  CHECK(narrow.exitCode == 3);  // no red cell fits
+  CHECK_THAT(narrow.all(), Contains("outside of the 5 to 500 µm"));
 }
 
 TEST_CASE("A discharge hematocrit that means nothing is refused", "[executable][profile]") {

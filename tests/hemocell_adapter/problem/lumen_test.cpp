@@ -108,7 +108,7 @@ TEST_CASE("The planes of the walls of a box are solid nodes", "[executable]") {
   // Cells may cross the other faces when that is asked for, and what it costs is said.
   const Ran whole = run(folder.path(), "20 20 12 --rbc 22 --walls z --ends periodic --seed 2");
   CHECK(whole.exitCode == 0);
-  CHECK_THAT(whole.out, Contains("a vertex lies outside"));
+  CHECK_THAT(whole.out, Contains("crosses a periodic face"));
 }
 
 TEST_CASE("Boxes are packed under both program names", "[executable]") {
