@@ -175,7 +175,19 @@ def test_dropped_cells(tmp_path):
     crossing.write_pos(tmp_path)
     found = packmesh.check(tmp_path, box=(20, 20, 20))
     assert found.dropped and "lattice" in found.dropped[0][1]
-    assert packmesh.check(tmp_path, box=(20, 20, 20), ends="periodic").clean
+    expected = packmesh.check(tmp_path, box=(20, 20, 20), ends="periodic")
+    assert expected.clean and {reason for _, reason in expected.dropped} == {"crosses a periodic face"}
+    # The plug-in keeps them.
+    crossing.save(tmp_path / "cells.h5")
+    assert packmesh.check(tmp_path / "cells.h5").dropped == [] and crossing.check().dropped == expected.dropped
+
+
+def test_vertex_on_a_wall_node(pipe):
+    """With periodic ends, too, a cell is lost that does not cross them."""
+    (pipe / "RBC.pos").write_text("1\n20 13 21.5 0 45 0\n")
+    found = packmesh.check(pipe, case=pipe / "config.xml", ends="periodic")
+    assert found.certificate.clean and not found.clean
+    assert found.dropped == [(0, "a vertex lies on a wall node")]
 
 
 def test_case(pipe):
