@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "packMesh/core/error.h"
@@ -23,6 +24,8 @@ std::string nearText(const PresentCell& cell) {
 /// Those of the cells of a species that intersect themselves where they are.
 std::vector<std::size_t> selfIntersecting(const Problem& problem, int species,
                                           const std::vector<const PresentCell*>& cells) {
+  if (std::all_of(cells.begin(), cells.end(), [](const PresentCell* cell) { return cell->membrane < 0; }))
+    return {};
   const SelfIntersectionFinder finder(problem.species[species].shape->mesh());
   std::vector<char> meets(cells.size(), 0);
   problem.team.forEach(std::int64_t(cells.size()), [&](std::int64_t i, int) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -251,9 +250,31 @@ std::string unkeptText(const std::vector<std::pair<std::size_t, std::string>>& o
   return text;
 }
 
+/// Removes the cells that HemoCell would delete from a state and its filling, with a warning. All ranks call.
+/// @param unkept of this rank, see unkeptCells()
+/// @throws InputError if there are any and they are not to be left out
+void leaveOutUnkept(const std::vector<std::pair<std::size_t, std::string>>& unkept, StateCells& state,
+                    Filling& filling, bool leavesOut, const std::string& file, const Communicator& ranks) {
+  const std::string text = unkeptText(unkept, ranks.sum(std::int64_t(state.cells.size())), ranks);
+  if (text.empty()) return;
+  together(ranks, [&] {
+    if (!leavesOut)
+      throw InputError(
+          fmt::format("{}: {}. Is this a state of the same case? packmesh::Unkept::leaveOut, after the name "
+                      "of the file, adds the others",
+                      file, text));
+  });
+  log::warning(fmt::format("{}: {}; they are left out", file, text));
+  for (auto cell = unkept.rbegin(); cell != unkept.rend(); ++cell) {
+    state.cells.erase(state.cells.begin() + std::ptrdiff_t(cell->first));
+    filling.placements.erase(filling.placements.begin() + std::ptrdiff_t(cell->first));
+  }
+}
+
 /// Warns of cells of a run that intersect themselves.
 void tellSelfIntersecting(const StateCells& state, const std::vector<Placement>& placements,
                           const std::string& file, const Communicator& ranks) {
+  if (!state.deformed) return;
   for (std::size_t s = 0; s < state.species.size(); ++s) {
     const SelfIntersectionFinder finder(state.species[s].mesh);
     std::vector<std::array<double, 3>> found;
@@ -328,22 +349,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
                                     pairs == 1 ? "s" : ""),
                         completed);
   }
-  const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
-  const std::string text = unkeptText(unkept, all, ranks);
-  together(ranks, [&] {
-    if (!text.empty() && !leavesOut)
-      throw InputError(
-          fmt::format("{}: {}. Is this a state of the same case? packmesh::Unkept::leaveOut, after the name "
-                      "of the file, adds the others",
-                      file.string(), text));
-  });
-  if (!text.empty()) {
-    log::warning(fmt::format("{}: {}; they are left out", file.string(), text));
-    for (auto cell = unkept.rbegin(); cell != unkept.rend(); ++cell) {
-      state.cells.erase(state.cells.begin() + std::ptrdiff_t(cell->first));
-      filling.placements.erase(filling.placements.begin() + std::ptrdiff_t(cell->first));
-    }
-  }
+  leaveOutUnkept(unkept, state, filling, leavesOut, file.string(), ranks);
   tellSelfIntersecting(state, filling.placements, file.string(), ranks);
   for (Cell& cell : state.cells) cell.species = types[cell.species];
   filling.cells = std::move(state.cells);

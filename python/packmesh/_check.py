@@ -76,7 +76,8 @@ def check(
         return what.check()
     what = file_name("check", what, "a Packing, a folder or a state file")
     if not stated and what.endswith(".h5"):
-        return Check._of(load(what)._held.check(as_state=True))
+        loaded = load(what)
+        return loaded.check() if isinstance(loaded, DeformedPacking) else Check._of(loaded._held.check(as_state=True))
     with words() as asked:
         asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
         asked.obstacles(obstacles)
