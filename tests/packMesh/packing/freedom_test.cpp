@@ -2,6 +2,7 @@
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
 #include "packMesh/problem/freedom.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
 #include <tuple>
@@ -96,6 +97,23 @@ TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are
   REQUIRE(result.cellCount >= fixed.count);
   REQUIRE(result.cellCount < fixed.count + others.count);
   for (std::int64_t i = 0; i < fixed.count; ++i) CHECK(same(result.poses[i], fixed.start[i]));
+}
+
+TEST_CASE("One cell more than fits beside fixed cells is given up soon, and stays near the lumen") {
+  PackingProblem problem = test::redCellProblem(makeCylinder(Vec3(15, 10, 10), 0, 10.0, 30.0, true), 0.45);
+  const PackingResult first = certified(problem);
+  Species fixed = problem.physics.species[0], others = problem.physics.species[0];
+  fixed.start = first.poses;
+  fixed.freedom.fixed = true;
+  others.count = 1;
+  problem.physics.species = {fixed, others};
+  double deepest = 0.0;
+  problem.execution.progress = [&](const Progress& now) { deepest = std::max(deepest, now.worstOverlap); };
+  const PackingResult result = pack(problem);
+  CHECK(result.outcome == Outcome::outOfReach);
+  CHECK(result.cellCount == fixed.count);
+  CHECK(result.statistics.effort() < 10000);
+  CHECK(deepest < 20.0);  // the width of the lumen
 }
 
 TEST_CASE("Fixed cells that meet each other or the wall are rejected") {

@@ -194,6 +194,20 @@ TEST_CASE("Walls push cells into the lumen", "[relaxation]") {
   }
 }
 
+TEST_CASE("Cells outside of the lumen are held next to its bounds, and come back", "[relaxation]") {
+  const auto sphere = test::sphereShape(1.0);
+  const std::shared_ptr<const Container> container = makeCylinder(Vec3(10, 5, 5), 0, 5.0, 20.0, true);
+  const Physics physics = test::physicsOf({sphere}, container);
+  Relaxation relaxation(physics, {}, {bodyAt(Vec3(-15, 90, 5), 0), bodyAt(Vec3(5, 5, -70), 1)});
+  const auto cells = [&] { return relaxation.cells(); };
+  CHECK((cells()[0].position - Vec3(5, 11, 5)).norm() < 1e-3);
+  CHECK((cells()[1].position - Vec3(5, 5, -1)).norm() < 1e-3);
+  ScheduleLimits limits;
+  limits.maxSweeps = 300;
+  CHECK(relax(relaxation, limits));
+  for (const Body& cell : cells()) CHECK(container->wall()->distance(cell.position).distance > 0.99);
+}
+
 TEST_CASE("More clearance can be required of a pair and of a cell at the wall", "[relaxation]") {
   const auto sphere = test::sphereShape(1.0);
   const Physics physics = test::physicsOf({sphere}, makeBox(cube(12.0), {false, false, false}));
