@@ -36,6 +36,8 @@ std::vector<fs::path> filesIn(const fs::path& folder, const char* extension) {
 }  // namespace
 
 bool hasCells(const fs::path& posFile) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(posFile, ignored)) return false;  // a pipe would be read forever
   std::ifstream in(posFile);
   std::string number, more;
   return in >> number >> more && true;

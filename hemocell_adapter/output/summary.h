@@ -2,6 +2,7 @@
 /// @file Introduction and summary of a run, for readers.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,7 @@ struct Kept {
 
   /// Whether the others do nothing but cross a periodic face.
   bool asExpected() const {
-    return reasons.empty() || (reasons.size() == 1 && reasons.front().first == crossesFace);
+    return std::all_of(reasons.begin(), reasons.end(), [](const auto& one) { return isExpected(one.first); });
   }
 };
 

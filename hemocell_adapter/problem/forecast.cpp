@@ -223,8 +223,8 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
 /// How much of the lumen all cells fill, and in how much of it they can be if that is less.
 std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast) {
   constexpr double worthTelling = 0.995;
-  std::string cells =
-      fmt::format("{} cells with {:.4f} of the lumen's volume", forecast.cells, forecast.fraction);
+  std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
+                                  forecast.cells == 1 ? "" : "s", forecast.fraction);
   if (forecast.effectiveFraction < 1.0)
     cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
   std::vector<std::string> lines = {cells};

@@ -101,6 +101,9 @@ Loading loadingOf(const Problem& problem, const std::vector<PlacedCell>& own);
 /// Why HemoCell deletes a cell whose one fault is to cross a periodic face. This is as expected; every other
 /// reason is a fault.
 inline constexpr const char* crossesFace = "crosses a periodic face";
+inline bool isExpected(const std::string& reason) {
+  return reason == crossesFace;
+}
 
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
 std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell, Loading loading);

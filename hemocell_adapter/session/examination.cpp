@@ -114,8 +114,11 @@ FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
 FoundCells readCells(const Problem& problem) {
   const Communicator& ranks = problem.ranks;
   FoundCells found;
-  if (problem.request.startStates.empty() && ranks.rank() == 0)
-    for (const std::string& warning : warningsOfTwoRuns(problem.request.output.folder)) log::warning(warning);
+  if (problem.request.startStates.empty())
+    onFirstRank(ranks, [&] {
+      for (const std::string& warning : warningsOfTwoRuns(problem.request.output.folder))
+        log::warning(warning);
+    });
   std::vector<ReadCell> read;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];

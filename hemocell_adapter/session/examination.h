@@ -2,6 +2,7 @@
 /// @file The exact test of existing cells.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -56,8 +57,7 @@ struct Examination {
   bool keeps(std::int64_t cell) const;
   /// Whether nothing is wrong. Cells that only cross a periodic face are deleted as expected.
   bool clean() const {
-    return certificate.clean() &&
-           (dropped.empty() || (reasons.size() == 1 && reasons.front() == crossesFace));
+    return certificate.clean() && std::all_of(reasons.begin(), reasons.end(), isExpected);
   }
 };
 

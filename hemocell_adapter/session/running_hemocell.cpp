@@ -85,13 +85,14 @@ Filling filled(const CompletedRequest& completed, Session& session, const Commun
   const Packing packing = session.pack(problem);
   logSummary(packing);
   const std::optional<ResultState> state = resultStateOf(packing);
+  bool saved = state.has_value();
   if (withFiles)
     for (const auto& file :
          writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts, state))
       log::info(fmt::format("Wrote {}", file.string()));
   else if (state)
-    savedAlone(*packing.problem, *output.stateFile, *state);
-  if (state) onFirstRank(ranks, [&] { removeCheckpoint(completed.request, session.stateSavedOnce()); });
+    saved = savedAlone(*packing.problem, *output.stateFile, *state);
+  if (saved) onFirstRank(ranks, [&] { removeCheckpoint(completed.request, session.stateSavedOnce()); });
   writeViews(finishedOf(packing, output), packing.times);
   return numbered(packing);
 }
@@ -311,7 +312,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
   const bool deformed = areDeformed(state, ranks);
   together(ranks, [&] { requireTriangles(state, types, running, file.string()); });
-  if (ranks.rank() == 0) warnOfOtherFiles(file);
+  onFirstRank(ranks, [&] { warnOfOtherFiles(file); });
   const InputRecord inputs;
   const auto requested = [&](const std::filesystem::path& start) {
     CompletedRequest completed;

@@ -16,7 +16,7 @@ from packmesh.errors import InputError
 from packmesh.hdf5_files import Damaged, Group
 
 #: The first word of the command of a state with cells of a run; it is followed by what they are: "iteration 5000, ...".
-RUN_COMMAND, PLUGIN_COMMAND = "packmesh.hemocell_output", "savePositions"
+RUN_COMMAND = "packmesh.hemocell_output"
 _ROUNDING = 1e-6  # of unit quaternions and scales
 _FARTHEST = 1e9  # coordinate of a cell [µm]
 #: Of tables of cells that are known.
@@ -64,7 +64,7 @@ class PackingFile:
     species: index of each cell's species into `kinds`, shape (N,)
     columns: other numbers of each cell by name ("gap", "local_hematocrit", ...), shape (N,) or (N, k)
     deformed: whether a cell has a mesh of its own, shape (N,); its position and orientation are those of the template in it
-    finished: whether they are cells of a certified packing; of_run: of a run of HemoCell, and `origin`: of which iteration
+    finished: whether they are cells of a certified packing; of_run: of a run of HemoCell, `origin`: "iteration 5000, ..."
     """
 
     def __init__(self, path: str) -> None:
@@ -107,12 +107,10 @@ class PackingFile:
         if is_packing and (file.text("kind"), file.whole("version")) != ("packMesh packing", 1):
             raise Damaged("of another version")
         self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
-        words = ["", ""]
-        if "command" in file:
-            command = file.group("command")
-            words = [command.text(i) if command.has_attribute(i) else "" for i in "01"]
-        self.of_run = words[0] in (RUN_COMMAND, PLUGIN_COMMAND)
-        self.origin = words[1] if self.of_run else ""
+        command = file.group("command") if "command" in file else None
+        described = command is not None and command.has_attribute("words") and command.whole("words") == 2
+        self.origin = command.text("1") if command is not None and described else ""  # as isOfSimulation() in state_words.cpp
+        self.of_run = self.origin.startswith("iteration ")
         counts = np.bincount(self.species, minlength=len(names))
         self.kinds = []
         for number, name in enumerate(names):

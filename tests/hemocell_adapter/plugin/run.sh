@@ -128,6 +128,14 @@ case $test in
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     case_on 2 pipe 2 1 1 --state cells.h5 > packed.txt
     mv particles.txt packed.particles
+    # Files beside it that HemoCell's loader would read, and that are of another run, are named.
+    case_on 2 pipe 2 1 1 --output-dir . --state files.h5 > packed.txt
+    case_on 2 pipe 2 1 1 load files.h5 > said.txt 2>&1
+    if grep 'beside it' said.txt; then fail "they are of this run"; fi
+    printf '1\n15 11 11 0 0 0\n' > RBC.pos
+    case_on 2 pipe 2 1 1 load files.h5 > said.txt 2>&1
+    grep -q 'files.h5: RBC.pos beside it was not written together with it, and not loaded' said.txt
+    rm ./*.pos
     case_on 3 pipe 3 1 1 load cells.h5 fit saved.h5 > loaded.txt
     same packed.particles particles.txt
     grep -q 'rigid fits with residuals up to 0.0000' loaded.txt
@@ -156,6 +164,13 @@ case $test in
       paste saved.particles particles.txt | awk '{ for (k = 1; k <= 3; ++k) if ($k != $(k + 6)) bad++
           for (k = 4; k <= 6; ++k) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > 1e-9) bad++ } }
         END { exit bad > 0 || NR == 0 }' || fail "vertices moved on $1 ranks"
+    done
+    # One that intersects itself is added as it is, and named.
+    case_on 2 pipe 2 1 1 deform cross --clearance 0.3 --hematocrit 0.1 save crossed.h5 > crossed.txt
+    for ranks in 1 3; do
+      case_on $ranks pipe $ranks 1 1 load crossed.h5 > loaded.txt 2>&1
+      grep -qE "crossed.h5: 1 of its [0-9]+ cells 'RBC' intersects itself, the first near \([^)]*\) µm; it is added as it is" loaded.txt
+      complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' crossed.txt)"
     done
     # Of a packing that was not finished they are packed on, whether or not they have meshes of their own.
     config 60 44 44 "<container> <cylinder axis='x' radius='10.5' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"

@@ -7,7 +7,8 @@
 //   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE [leave-out], save FILE, short
 //   (an envelope
 //          of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations)
-//          [stop]; before all others, in this order: config FILE; catch (failures are thrown); shifts or
+//          [stop]; deform (as 2 of these iterations do), cross (the first cell gets a mesh that intersects
+//          itself); before all others, in this order: config FILE; catch (failures are thrown); shifts or
 //          copies (HemoCell's exchange of particles, with its error or without); then, or before the
 //          program's: restart (own or plugin); checkpoint; lose (a vertex, in the first iteration)
 // Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
@@ -155,6 +156,24 @@ void watched(hemo::HemoCell& hemocell, int iterations, bool stops) {
   }
 }
 
+/// The first vertex of the first cell passes through the opposite part of its membrane.
+void cross(hemo::HemoCell& hemocell) {
+  hemo::HemoCellFields& fields = *hemocell.cellfields;
+  for (const plb::plint id : fields.immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = fields.immersedParticles->getComponent(id);
+    for (const auto& numbered : block.get_particles_per_cell()) {
+      const std::vector<int>& at = numbered.second;
+      if (std::count(at.begin(), at.end(), -1) > 0 || block.particles[at[0]].sv.cellId != 0) continue;
+      for (int k = 0; k < 3; ++k) {
+        double middle = 0.0;
+        for (const int i : at) middle += block.particles[i].sv.position[k] / double(at.size());
+        double& x = block.particles[at[0]].sv.position[k];
+        x = middle - 1.05 * (x - middle);
+      }
+    }
+  }
+}
+
 /// Every vertex that is in a block, in the order of cells, whatever the blocks.
 void writeParticles(hemo::HemoCell& hemocell) {
   std::string mine;
@@ -229,9 +248,10 @@ void run(hemo::HemoCell& hemocell, std::vector<std::string> words) {
   }
   const bool shifts = taken(words, "shifts"), copies = taken(words, "copies");
   const bool checkpoint = taken(words, "checkpoint"), lose = taken(words, "lose");
-  const bool deforms = taken(words, "deform");
+  const bool deforms = taken(words, "deform"), crosses = taken(words, "cross");
   const packmesh::LoadedParticles loaded = load(hemocell, words);
   for (int i = 0; deforms && i < 2; ++i) stretch(hemocell);
+  if (crosses) cross(hemocell);
   if (deforms) hemocell.cellfields->syncEnvelopes();
   const std::string last = words.size() > 1 ? words[words.size() - 2] : "";
   if (last == "save" || last == "fit") packmesh::savePositions(hemocell, words.back(), last == "fit");
