@@ -168,9 +168,16 @@ def main():
     if ending not in ("png", "pdf", "svg"):
         raise command.UsageError(f"{picture}: expected a picture that ends in .png, .pdf or .svg")
     measures = report_file.read_report(words.report)["measures"]
+    missing = None
     with files.Outputs() as outputs:
         written = write_tables(tables(measures), words.csv, outputs) if words.csv else []
-        outputs.write(picture, [picture_of(measures, ending)])
+        try:
+            outputs.write(picture, [picture_of(measures, ending)])
+            written.append(picture)
+        except ModuleNotFoundError as error:  # tables need no matplotlib
+            missing = error
         outputs.commit()
-    for path in (*written, picture):
+    for path in written:
         files.say(f"Wrote {path}")
+    if missing:
+        raise missing

@@ -93,6 +93,15 @@ def test_all_pictures_of_a_turntable_or_none(packing, tmp_path):
     assert render("2").returncode == 0 and (tmp_path / "a-000.png").read_text() == (tmp_path / "a-001.png").read_text() == "picture"
 
 
+def test_tables_of_a_report_need_no_matplotlib(packing, tmp_path):
+    (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError(name='matplotlib')\n")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    done = subprocess.run([sys.executable, "-m", "packmesh", "plot", packing / "report.json", "plots.png", "--csv", "tables"], cwd=tmp_path,
+                          env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 69 and "Debian: python3-matplotlib" in done.stderr
+    assert (tmp_path / "tables/wall.csv").exists() and not (tmp_path / "plots.png").exists()
+
+
 def test_what_outputs_made_for_files_that_are_not_written_is_removed(tmp_path):
     with pytest.raises(packmesh.OutputError):
         with files.Outputs() as outputs:
