@@ -71,6 +71,14 @@ PROBLEMS = {
     "cat, chords": ("", ["12 12 12 --rbc 6 --plt 2 --method cat --ends periodic --report r.json"]),
     "cat, faces": ("", ["9 9 9 --rbc 2 --method cat --builder cat-faces --ends periodic"]),
     "cat, escape": ("", ["10 10 10 --rbc 4 --plt 2 --method cat --escape --stock PLT 1 --ends periodic"]),
+    "cat, faces on two ranks": ("", ["{2}9 9 9 --rbc 3 --method cat --builder cat-faces --state s.h5"]),
+    "cat, faces restarted": ("", ["9 9 9 --rbc 3 --method cat --builder cat-faces --max-iterations 8 --state s.h5 --ends periodic",
+                                  "{2}--restart s.checkpoint.h5 --max-iterations 4000"]),
+    "cat, escape on two ranks": ("", ["{2}--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --stock PLT 1 --best-effort --state s.h5 "
+                                      "--growth iterations 12 --growth attempts 1"]),
+    "cat, frames": ("", ["--cylinder x 6 12 --rbc 3 --method cat --growth-frames 4 --verbose"]),
+    "catCells": ("", ["catCells ball.stl cell.off cell.off@0,4,1 cell.ply@5,-3,2 --output cells.h5",
+                      "catCells ball.stl cell.off cell.off@0,4,1 --mid-gap --output cells.h5"]),
     "cat, parameters": ("", ["12 12 12 --rbc 4 --method cat --growth iterations 40 --growth padding 0.05 --ends closed"]),
     "cat in a cylinder": ("", ["--cylinder x 6 12 --rbc 4 --method cat"]),
     "cat on three ranks": ("", ["{3}12 12 12 --rbc 6 --plt 2 --method cat --ends periodic --state s.h5"]),
@@ -146,7 +154,7 @@ CASES = {  # <domain> and <packing> of cases that no example has
     "voxels": """<domain> <geometry> ball.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> 44 </refDirN> </domain>
 <packing> <hematocrit> 0.15 </hematocrit> <species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
 }
-PROGRAMS = ("packCells", "stand_in_case", "write_templates")
+PROGRAMS = ("packCells", "catCells", "stand_in_case", "write_templates")
 # Parts of texts that depend on the clock or on the build.
 MEASURED = [(re.compile(pattern), to) for pattern, to in [
     (r"packMesh \d+\.\d+\.\d+( \(\w+\))?", "packMesh VERSION"), (r"(Time:|CPU time) .*", "TIME"),

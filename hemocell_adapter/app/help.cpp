@@ -211,8 +211,8 @@ std::string referenceText() {
       "own\n"
       "hematocrit, at least 0. The centres of its red cells, of all species, stay in it. A point belongs to\n"
       "the first region that contains it; <hematocrit> is that of the rest.\n";
-  out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
-  addAttributes(growthParameters());
+  out += fmt::format("\n<{} .../>: parameters of <method> cat </method>, with the attributes\n", catTag);
+  addAttributes(catParameters());
   out +=
       "\n<container>: a custom lumen, in µm of the .pos files, for cases that build theirs in C++. At most\n"
       "one of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they\n"

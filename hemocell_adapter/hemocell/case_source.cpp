@@ -121,7 +121,7 @@ std::vector<Call> callsOf(const std::string& name, std::size_t arguments, const 
   return calls;
 }
 
-/// The contents of a string literal without escapes; empty for anything else.
+/// The contents of a string literal without backslashes; empty for anything else.
 std::optional<std::string> literalString(const std::string& argument) {
   if (argument.size() < 2 || argument.front() != '"' || argument.back() != '"') return {};
   std::string inside = argument.substr(1, argument.size() - 2);

@@ -70,9 +70,9 @@ Report valueOf(const std::optional<Value>& value) {
       *value);
 }
 
-Report growthOf(const GrowthSettings& growth) {
+Report catParametersOf(const CatSettings& cat) {
   Report all;
-  for (const auto& parameter : growthParameters()) all[parameter.name] = valueOf(parameter.get(growth));
+  for (const auto& parameter : catParameters()) all[parameter.name] = valueOf(parameter.get(cat.growth));
   return all;
 }
 
@@ -117,7 +117,7 @@ Report configurationOf(const Problem& problem, const OutputRequest& output, cons
   all["ends"] = request.periodicEnds.value_or(false) ? "periodic" : "closed";
   all["keep-all"] = request.keepAll;
   if (!cat) all["builder"] = nullptr;
-  all["growth"] = cat ? growthOf(request.growth) : Report(nullptr);
+  all[catTag] = cat ? catParametersOf(request.cat) : Report(nullptr);
   all["clearance"] = clearances.membranes;
   all["clearanceAskedFor"] = request.largestClearance     ? "max"
                              : request.choosesClearance() ? "auto"

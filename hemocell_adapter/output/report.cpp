@@ -195,18 +195,8 @@ Report reportOfMeasures(const PackingMeasures& measures, const Problem& problem)
 Report statisticsOf(const Statistics& s) {
   Report all = {{"blocks", s.blocks}, {"sweeps", s.sweeps}, {"repairs", s.repairs}, {"search", s.searching}};
   all["growth"] = nullptr;
-  if (s.growth)
-    all["growth"] = {{"iterations", s.growth->iterations},
-                     {"relaxations", s.growth->relaxations},
-                     {"relaxationsKept", s.growth->relaxationsKept}};
   all["escape"] = Report::array();
-  for (const EscapePhase& phase : s.escape)
-    all["escape"].push_back({{"phase", phase.name},
-                             {"coverage", phase.coverage},
-                             {"full", phase.full},
-                             {"cells", phase.cells},
-                             {"tried", phase.tried},
-                             {"changed", phase.changed}});
+  if (s.engine) all.update(Report::parse(s.engine->json()));
   return all;
 }
 
@@ -230,7 +220,7 @@ Report timesOf(const Finished& done, const RunTimes& times) {
           {"cpu", times.cpu},
           {"placement", s.placementSeconds},
           {"relaxation", s.relaxationSeconds},
-          {"growth", s.growthSeconds},
+          {"growth", s.engineSeconds},
           {"certificate", s.certificateSeconds}};
 }
 

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 /// What it took to get there.
 std::string effortOf(const PackingState& state) {
-  return state.growth.iterations > 0 ? fmt::format("{} iterations", state.growth.iterations)
+  return state.engine.iterations > 0 ? fmt::format("{} iterations", state.engine.iterations)
                                      : fmt::format("{} sweeps", state.relaxation.sweeps);
 }
 

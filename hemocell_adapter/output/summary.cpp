@@ -218,7 +218,7 @@ std::vector<std::string> headLines(const Problem& problem) {
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                problem.request.planeSource == PlaneSource::catFaces
+                                problem.request.cat.planeSource == PlaneSource::catFaces
                                     ? "planes from CAT faces of tetrahedra"
                                     : "planes from chords"));
   const Clearances most = clearanceLevels(problem).front();
@@ -324,36 +324,8 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
 
 std::vector<std::string> effortLines(const Statistics& s) {
   std::vector<std::string> lines;
-  if (s.growth) {
-    const GrowthStatistics& g = *s.growth;
-    const double all = g.planeSeconds + g.programSeconds + g.stepHalvingSeconds + g.relaxationSeconds;
-    lines.push_back(
-        fmt::format("Growth: {} iterations, {} relaxations after stalls ({} successful); {} of {} steps "
-                    "overlapped another "
-                    "cell, {} the wall, {} were rejected",
-                    g.iterations, g.relaxations, g.relaxationsKept, g.stepHalving.violatingPairs,
-                    g.stepHalving.steps, g.stepHalving.misplaced, g.stepHalving.stayed));
-    lines.push_back(
-        fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and step halving {:.3f} "
-                    "s ({:.0f} %), "
-                    "relaxation {:.3f} s",
-                    g.planeSeconds, g.programSeconds, g.stepHalvingSeconds,
-                    all > 0.0 ? 100.0 * g.stepHalvingSeconds / all : 0.0, g.relaxationSeconds));
-    if (s.tetrahedra)
-      lines.push_back(fmt::format(
-          "Tetrahedra: {} runs, {} attempts of TetGen, {} repeated on finer levels, {} failures; CPU: "
-          "{:.3f} s, CAT "
-          "faces {:.3f} s",
-          s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
-          s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
-    if (s.tetrahedra && s.tetrahedra->failures > 0)
-      lines.push_back("Tetrahedra, the last failure: " + s.tetrahedra->lastFailure);
-    for (const EscapePhase& phase : s.escape)
-      lines.push_back(fmt::format(
-          "Escape, {}: coverage {:.4f}, {} of {} cells full; {} tried, {} changed; CPU {:.3f} s", phase.name,
-          phase.coverage, phase.full, phase.cells, phase.tried, phase.changed, phase.seconds));
-    lines.push_back(fmt::format("CPU: start {:.3f} s, growth {:.3f} s, certificate {:.3f} s",
-                                s.placementSeconds, s.growthSeconds, s.certificateSeconds));
+  if (s.engine) {
+    lines = s.engine->lines(s);
   } else {
     lines.push_back(
         fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "

@@ -70,11 +70,11 @@ std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   const CellType& type = watch.types[longest.type];
   // Not less than for strong shear; and a cell that has come so far gets longer. Of the nodes around a block,
   // HemoCell exchanges those of the lattice and of its next images: more are of no use.
-  constexpr double growth = 1.25;
+  constexpr double margin = 1.25;
   const auto most = int(watch.nodes[longest.axis]);
   const int needed =
       std::min(std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::strongShear.allowance),
-                        int(std::ceil(growth * longest.nodes))),
+                        int(std::ceil(margin * longest.nodes))),
                most);
   std::string text =
       fmt::format("iteration {}: {} {} is {:.1f} nodes ({:.2f} µm) long along {}, <particleEnvelope> is {}",

@@ -54,7 +54,7 @@ struct SpeciesPlan {
   std::optional<double> statedDistanceFromSolid;  ///< by the configuration [µm]
   int minimumDistanceFromSolid = 0;               ///< as HemoCell stores it [µm]
   std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
-  std::int64_t stock = 0;                         ///< additional cells, for escapes
+  std::int64_t stock = 0;                         ///< additional cells in reserve
   std::vector<PresentCell> fixed, start;          ///< existing cells: fixed, or movable
   std::vector<Triangle> ownTriangles;             ///< of those with meshes of their own
   FlowingBlood blood;                             ///< what further cells are like

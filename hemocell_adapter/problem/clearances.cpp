@@ -20,11 +20,11 @@ constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
 /// largest.
 constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps = 600;
 
-/// The same for growth [iterations]: in boxes and tubes it succeeded within 18 to 62, or not at all.
+/// The same for an engine [iterations]: in boxes and tubes it succeeded within 18 to 62, or not at all.
 constexpr std::int64_t cheapIterations = 100;
 
-/// Sweeps, or iterations of growth, of an attempt in the search for the largest clearance, if the job has no
-/// limit. With 14,000 the clearance is 7 to 33 % larger, and the search takes ten times as long.
+/// Sweeps, or iterations of an engine, of an attempt in the search for the largest clearance, if the job has
+/// no limit. With 14,000 the clearance is 7 to 33 % larger, and the search takes ten times as long.
 constexpr std::int64_t thoroughSweeps = 600;
 
 /// Time for the largest clearance if no limit is given [s]; the search ends when the step is this fraction of
@@ -72,7 +72,7 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const P
 }  // namespace
 
 bool triesMoreClearance(const Request& request) {
-  return !request.packCellsConventions && !request.escape &&
+  return !request.packCellsConventions && !request.cat.usesReserve() &&
          (request.choosesClearance() || request.choosesWallClearance() || request.largestClearance);
 }
 

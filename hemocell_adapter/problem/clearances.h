@@ -15,7 +15,7 @@
 namespace packmesh::hemocell {
 
 /// The clearances that are tried in sequence, the widest first; the last are those demanded, the only ones
-/// with escapes, each of which takes as long as a complete packing.
+/// with a reserve, which takes as long as a complete packing.
 std::vector<Clearances> clearanceLevels(const Problem& problem);
 
 /// The least clearance to a solid wall that packing aims at if none is demanded [µm].

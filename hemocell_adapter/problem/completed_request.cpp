@@ -87,6 +87,11 @@ void checkApplicability(const Request& request, const Request& options, const Ca
     throw InputError(fmt::format("{}: <{}>: it is for <method> {}", sectionOf(simulation), setting.name(),
                                  nameOf(*setting.method)));
   }
+  if (request.method == Method::cat && !hasCat()) {
+    const std::string reason = "this packMesh was built without 'cat' (CMake: -DPACKMESH_CAT=ON)";
+    if (options.states("method")) throw UsageError("option '--method': " + reason);
+    throw InputError(sectionOf(simulation) + ": <method>: " + reason);
+  }
   if (request.output.reportFile && request.output.reportFile->extension() != ".json" &&
       request.output.reportFile->extension() != ".html") {
     const std::string reason = fmt::format("expected a file that ends in .json or .html, found '{}'",
@@ -115,7 +120,7 @@ void checkApplicability(const Request& request, const Request& options, const Ca
     throw UsageError(
         "the largest clearance (--clearance max) requires many packings, and a state belongs to one: omit "
         "--state and --checkpoint-every, or state a clearance");
-  if (request.largestClearance && request.escape)
+  if (request.largestClearance && request.cat.usesReserve())
     throw UsageError("the largest clearance (--clearance max) is not searched for with escapes (--escape)");
   if (request.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (request.periodicEnds.value_or(false) && request.keepAll) {

@@ -28,7 +28,7 @@ constexpr Measured measured[] = {{0.10, 0.02},  {0.20, 0.025}, {0.30, 0.037}, {0
                                  {0.60, 3.4},   {0.61, 26.0},  {0.62, 98.0}};
 
 /// Per factor of ten in the number of cells beyond a thousand: larger packings take more sweeps.
-constexpr double growthPerDecade = 0.15;
+constexpr double increasePerDecade = 0.15;
 
 /// Packings are less dense along walls, as if a layer of this thickness were empty [µm]: at a smooth wall,
 /// and at the faces of the nodes that HemoCell excludes, between which membranes can protrude.
@@ -216,7 +216,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
                     millisecondsAt(forecast.effectiveFraction);
   }
   const double decades = std::max(0.0, std::log10(double(forecast.cells) / 1000.0));
-  forecast.seconds = 1e-3 * milliseconds * (1.0 + growthPerDecade * decades);
+  forecast.seconds = 1e-3 * milliseconds * (1.0 + increasePerDecade * decades);
   return forecast;
 }
 

@@ -403,7 +403,6 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   const Request& request = problem.request;
   PackingProblem packing;
   Physics& physics = packing.physics;
-  Method& method = packing.method;
   Execution& execution = packing.execution;
   double redCells = 0.0;
   for (const CellSpecies& species : problem.species)
@@ -418,14 +417,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   physics.container = problem.lumen.container;
   execution.communicator = problem.ranks;
   execution.threads = problem.team;
-  method.kind = request.method;
-  method.planeSource = request.planeSource;
-  method.growth = request.growth;
-  if (request.escape) {
-    method.escape.emplace();
-    for (const Part& part : packed.parts)
-      method.escape->reserve.push_back(part.number == part.species ? problem.species[part.species].stock : 0);
-  }
+  if (request.method == Method::cat) packing.engine = engineFor(problem, packed);
   physics.clearance = packed.clearances.membranes;
   physics.wallClearance = packed.clearances.wall;
   physics.seed = request.seed;

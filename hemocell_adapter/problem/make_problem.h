@@ -43,6 +43,9 @@ void requireTileable(const Problem& problem);
 /// What HemoCell cannot do with this number of cells of each species (see hemocell_limits.h).
 std::vector<std::string> limitWarnings(const Problem& problem, const std::vector<std::int64_t>& counts);
 
+/// The engine of Method::cat with the settings of the request.
+std::shared_ptr<const Engine> engineFor(const Problem& problem, const PackedParts& parts);
+
 /// What the library packs. `interrupted` and `progress` are passed on. The certificate refers to the numbers
 /// that formatPosLines() writes. References the problem.
 PackingProblem packingProblemOf(const Problem& problem, const PackedParts& parts,

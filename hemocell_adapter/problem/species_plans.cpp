@@ -214,7 +214,7 @@ void refuseContradictions(const SpeciesPlan& species, const Request& request) {
     throw InputError(
         fmt::format("cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
                     species.name));
-  if (species.stock > 0 && !request.escape)
+  if (species.stock > 0 && !request.cat.usesReserve())
     throw InputError(fmt::format("cell '{}' has a reserve (stock), which only --escape uses", species.name));
 }
 

@@ -7,7 +7,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/cat/growth_frames.h"
+#include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -53,9 +53,9 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
     const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
     log::detail(fmt::format(
         "Rank 0 sent {:.1f} messages and {:.1f} kB per {}", each * double(ranks.traffic().messages),
-        1e-3 * each * double(ranks.traffic().bytes), statistics.growth ? "iteration" : "sweep"));
+        1e-3 * each * double(ranks.traffic().bytes), statistics.engine ? "iteration" : "sweep"));
   }
-  if (!statistics.growth && statistics.blocks < ranks.size())
+  if (!statistics.engine && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
                           statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
 }
@@ -113,9 +113,9 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
     packing.execution.limits.maxSweeps = std::min(limits.maxSweeps, packing.execution.limits.maxSweeps);
   packing.execution.limits.sweepsForFew = limits.sweepsForFew;
   packing.execution.limits.fewerCells = limits.fewerCells;
-  std::optional<GrowthFrames> frames;
-  if (request.output.growthFrames > 0) {
-    frames.emplace(packing, request.output.folder / "growth_frames", request.output.growthFrames);
+  std::optional<StateFrames> frames;
+  if (request.output.frames > 0) {
+    frames.emplace(packing, request.output);
     packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
   }
   StateFiles states(request, packing);
@@ -123,7 +123,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
   begun_ = true;
   PackingResult result = packmesh::pack(packing);
-  if (frames && hooks_.convertsGrowth) frames->convert();
+  if (frames && hooks_.convertsFrames) frames->convert();
   saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves that of the last one
   savedAny_ = savedAny_ || states.savedAny();
   if (states.end()) end_ = std::move(states.end());

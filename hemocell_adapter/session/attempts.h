@@ -18,7 +18,7 @@ namespace packmesh::hemocell {
 struct Hooks {
   std::function<bool()> interrupted;
   std::function<void(const Progress&, ProgressLog&)> progress;
-  bool convertsGrowth = true;  ///< false: the caller makes series of the states of growth (GrowthFrames)
+  bool convertsFrames = true;  ///< false: the caller makes series of the states of the engine (StateFrames)
 };
 
 /// References its arguments. All ranks call everything together.

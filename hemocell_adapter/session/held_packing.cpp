@@ -20,6 +20,7 @@
 #include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
+#include "hemocell_adapter/settings/setting_groups.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
@@ -31,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The request, with no output but the state and the states of growth that the command asks for. What a
+/// The request, with no output but the state and the states of the engine that the command asks for. What a
 /// `<packing>` section of config.xml asks for is left to the program.
 CompletedRequest requestInMemory(const CommandLine& commandLine) {
   CompletedRequest completed = requestToPack(commandLine);
@@ -41,7 +42,7 @@ CompletedRequest requestInMemory(const CommandLine& commandLine) {
   output.checkpointEvery = completed.request.output.checkpointEvery;
   if (options.output.stateFile || options.restart || options.states("checkpoint-every"))
     output.stateFile = completed.request.output.stateFile;
-  if (options.states("growth-frames")) output.growthFrames = completed.request.output.growthFrames;
+  if (options.states(framesSetting().name())) output.frames = completed.request.output.frames;
   completed.request.output = output;
   return completed;
 }

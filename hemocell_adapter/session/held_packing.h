@@ -33,8 +33,8 @@ struct HeldPacking {
   std::filesystem::path file;      ///< from which it was loaded; empty if it was packed
 };
 
-/// Packs as the program does, and writes nothing but the state and the states of growth that the command asks
-/// for.
+/// Packs as the program does, and writes nothing but the state and the states of the engine that the command
+/// asks for.
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
 HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const Hooks& hooks);
 

@@ -53,49 +53,6 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
   return table;
 }
 
-const std::vector<Attribute<GrowthSettings>>& growthParameters() {
-  using G = GrowthSettings;
-  constexpr double endless = 1e9;
-  const auto positive = [](const char* unit, double high) { return number("", unit, 0, true, high); };
-  const auto nonNegative = [](const char* unit, double high) { return number("", unit, 0, false, high); };
-  const auto integerFrom = [](double low) { return integer("", "", low, endless); };
-  ValueSpec scales = number("", "fractions", 0, true, 1);
-  scales.kind = Kind::numbers;
-  static const std::vector<Attribute<G>> table = {
-      attribute("initialScale", &G::initialScale, number("", "fraction", G::smallestScale, false, 1),
-                "f_init, initial scale of cells"),
-      attribute("barriers", &G::barriers, scales,
-                "b_i, increasing to 1: no cell grows beyond a barrier before all have reached it"),
-      attribute("iterations", &G::maxIterations, integerFrom(1),
-                "itn_max, largest number of iterations per barrier"),
-      attribute("rotationBound", &G::rotationBound, positive("rad", 3.14159),
-                "theta_max, largest rotation in an iteration"),
-      attribute("translationBound", &G::translationBound, positive("cube roots of the volume", 1e3),
-                "t_max, largest translation in an iteration"),
-      attribute("padding", &G::padding, nonNegative("roots of a triangle's area", 1e3),
-                "p, distance kept from the planes"),
-      attribute("linearisations", &G::linearisations, integerFrom(1),
-                "number of linearisations of the rotation per iteration"),
-      attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (Bos 2023, eq. 3.4)"),
-      attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (Bos 2023, eq. 3.4)"),
-      attribute("centring", &G::centring, flag(),
-                "move cells that reached the barrier to the centre of their planes"),
-      attribute("shaking", &G::shaking, nonNegative("", 1), "random displacements relative to growth"),
-      attribute("patience", &G::patience, integerFrom(1),
-                "number of iterations over which stalling is judged"),
-      attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of the missing growth", 1e3),
-                "mean growth below which cells count as stalled"),
-      attribute(
-          "relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
-          "sweeps of the relaxation after growth stalls or its iterations end; 0: none, as in Bos 2023"),
-      attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
-                "give up after this many stalls at one barrier despite relaxation; 0: never"),
-      attribute("attempts", &G::attempts, integerFrom(1),
-                "with few cells: largest number of random starts times number of cells"),
-  };
-  return table;
-}
-
 const std::vector<SolidTag>& solidTags() {
   using S = SolidRequest;
   const auto radius = attribute("radius", &S::radius, length("r"), "radius").required();

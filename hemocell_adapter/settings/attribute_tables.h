@@ -44,8 +44,9 @@ Attribute<T> attribute(std::string name, M T::*member, ValueSpec value, std::str
 /// Attributes of `<species>`.
 const std::vector<Attribute<SpeciesRequest>>& speciesAttributes();
 
-/// Growth parameters: attributes of `<growth>`, and `--growth name value`.
-const std::vector<Attribute<GrowthSettings>>& growthParameters();
+/// Tag with the parameters of Method::cat as attributes; the option of this name sets one of them.
+inline constexpr const char* catTag = "growth";
+const std::vector<Attribute<GrowthSettings>>& catParameters();
 
 /// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>` in `<container>` or `<obstacles>`.
 struct SolidTag {

@@ -64,12 +64,7 @@ std::vector<Setting> outputSettings() {
               "and lumen.vtp"),
       setting("vtp-meshes", &O::vtpMeshes, flag(),
               "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
-      setting("growth-frames", &O::growthFrames, integer("n", "states", 1, 1e9),
-              "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
-              "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
-          .byDefault("none")
-          .onlyFor(Method::cat)
-          .notForCheck(),
+      framesSetting(),
       setting("report", &O::reportFile, file(),
               "write a report: file.json, or file.html with an interactive view (and file.json beside it)"),
       setting("quiet", &R::quiet, flag(), "print only warnings and errors").withoutTag(),

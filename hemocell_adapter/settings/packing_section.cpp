@@ -201,7 +201,7 @@ RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
 /// @param settings to which those of the section are added
 Request withSection(Request settings, const XMLElement& packing, const fs::path& file) {
   std::unordered_set<std::string> named;  // species
-  std::vector<std::string> known = {"species", "container", "growth", "region"};
+  std::vector<std::string> known = {"species", "container", catTag, "region"};
   for (const Setting& setting : settingsTable()) {
     if (!setting.tag.empty()) known.push_back(setting.tag);
   }
@@ -236,10 +236,10 @@ Request withSection(Request settings, const XMLElement& packing, const fs::path&
       settings.container = readContainer(*child, file);
       continue;
     }
-    if (name == "growth") {
+    if (name == catTag) {
       refuseContent(*child, file);
-      readAttributes(*child, growthParameters(), settings.growth, file);
-      settings.stated.insert("growth");
+      readAttributes(*child, catParameters(), settings.cat.growth, file);
+      settings.stated.insert(catTag);
       continue;
     }
     if (!found) {

@@ -1,56 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Request of the method and its limits.
-#include <fmt/format.h>
-
-#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/problem/execution.h"
 
 namespace packmesh::hemocell {
-namespace {
 
 using namespace specs;
-
-std::vector<std::string> growthNames() {
-  std::vector<std::string> names;
-  for (const Attribute<GrowthSettings>& parameter : growthParameters()) names.emplace_back(parameter.name);
-  return names;
-}
-
-void setGrowth(Request& settings, const std::string& name, const std::string& value) {
-  for (const Attribute<GrowthSettings>& parameter : growthParameters()) {
-    if (parameter.name != name) continue;
-    located<UsageError>("option '--growth' " + name,
-                        [&] { parameter.apply(settings.growth, parseValue(parameter.value, value)); });
-  }
-}
-
-}  // namespace
 
 std::vector<Setting> methodSettings() {
   using R = Request;
   return {
-      choiceSetting("method", &R::method, "name", {{"relaxation", Method::relaxation}, {"cat", Method::cat}},
-                    "relaxation: separate overlapping cells of full size; cat: grow small cells in the cells "
-                    "of the chordal axis transform"),
-      choiceSetting("builder", &R::planeSource, "name",
-                    {{"chords", PlaneSource::chords}, {"cat-faces", PlaneSource::catFaces}},
-                    "with --method cat: source of the planes between cells")
-          .onlyFor(Method::cat),
-      setting("escape", &R::escape, flag(),
-              "with --method cat: cells that remain small exchange places and grow into gaps")
-          .onlyFor(Method::cat),
-      setting("stock", {name(), count()},
-              "with --escape: number of cells of that kind in reserve that can fill gaps",
-              [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
-          .byDefault("0"),
-      setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
-              "with --method cat: set an attribute of <growth> (--reference lists them)",
-              [](Request& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); })
-          .onlyFor(Method::cat),
       setting(
           "clearance", {clearance({"auto", "max"})},
           "minimum gap between membranes; auto: a tenth of dx, or as much of it as the hematocrit allows; "

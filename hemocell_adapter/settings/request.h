@@ -12,8 +12,8 @@
 
 #include "hemocell_adapter/base/node_plane.h"
 #include "hemocell_adapter/settings/construction.h"
+#include "packMesh/cat/cat_settings.h"
 #include "packMesh/core/vector.h"
-#include "packMesh/packing/method.h"
 
 namespace packmesh::hemocell {
 
@@ -35,7 +35,7 @@ struct SpeciesRequest {
   std::optional<MeshFrame> meshFrame;
   std::optional<Vec3> ellipsoidAxes;           ///< full lengths [µm]
   std::optional<bool> redCell;                 ///< true if its volume counts in the hematocrit
-  std::optional<std::int64_t> stock;           ///< with escape: number of cells in reserve that can fill gaps
+  std::optional<std::int64_t> stock;           ///< number of cells in reserve that can fill gaps
   std::optional<std::filesystem::path> fixed;  ///< .pos file of fixed cells
   std::optional<std::filesystem::path> start;  ///< .pos file of existing cells that can move
   std::optional<double> wallClearance;         ///< [µm]
@@ -80,13 +80,24 @@ struct OutputRequest {
   double checkpointEvery = 0.0;  ///< [s]; 0: only at signals and at the end
   bool povScene = false, vtp = false, vtpMeshes = false;
   bool writesVtp() const { return vtp || povScene; }  ///< pictures are made of these files
-  std::int64_t growthFrames = 0;                      ///< interval in states of growth; 0: none are written
-  std::optional<std::filesystem::path> reportFile;    ///< .json, or .html together with a .json file
+  std::int64_t frames = 0;                          ///< interval in states of the engine; 0: none are written
+  std::optional<std::filesystem::path> reportFile;  ///< .json, or .html together with a .json file
   /// Of one of several realisations, its number and theirs; 0: there is only one.
   std::int64_t realisation = 0, realisationsOfAll = 0;
 
   bool asksForViews() const { return !exports.empty() || writesVtp() || vtpMeshes || reportFile; }
 };
+
+/// How a packing is sought.
+struct Method {
+  enum Kind {
+    relaxation,  ///< full-size cells are placed at random and pushed apart
+    cat,         ///< small cells grow in the cells of the chordal axis transform (thesis chapter 3)
+  };
+};
+
+/// Whether packMesh was built with Method::cat (CMake: PACKMESH_CAT).
+bool hasCat();
 
 /// What the user states, nothing resolved; the initial values of members are the defaults. Made by the
 /// readers of one table of settings: command line, `<packing>`, Python.
@@ -125,9 +136,7 @@ struct Request {
 
   // Method
   Method::Kind method = Method::relaxation;
-  PlaneSource planeSource = PlaneSource::chords;   ///< of Method::cat
-  bool escape = false;                             ///< of Method::cat
-  GrowthSettings growth;                           ///< of Method::cat
+  CatSettings cat;                                 ///< of Method::cat; without a reserve
   std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as large as possible at little cost
   bool largestClearance = false;                   ///< maximise the gap between membranes
   std::uint64_t seed = 1;

@@ -94,6 +94,8 @@ template <class Part, class Whole>
 auto& partOf(Whole& request) {
   if constexpr (std::is_same_v<Part, OutputRequest>)
     return request.output;
+  else if constexpr (std::is_same_v<Part, CatSettings>)
+    return request.cat;
   else
     return request;
 }
@@ -111,8 +113,8 @@ Setting setting(const std::string& option, T Part::*member, ValueSpec value, std
 }
 
 /// A member with one of several named values.
-template <class T>
-Setting choiceSetting(const std::string& option, T Request::*member, const char* placeholder,
+template <class Part, class T>
+Setting choiceSetting(const std::string& option, T Part::*member, const char* placeholder,
                       std::vector<std::pair<const char*, T>> choices, std::string help) {
   ValueSpec spec;
   spec.kind = Kind::choice;
@@ -120,12 +122,12 @@ Setting choiceSetting(const std::string& option, T Request::*member, const char*
   for (const auto& [name, value] : choices) spec.choices.emplace_back(name);
   Setting made = setting(option, {spec}, std::move(help), [member, choices](Request& s, const auto& v) {
     for (const auto& [name, value] : choices)
-      if (std::get<std::string>(v[0]) == name) s.*member = value;
+      if (std::get<std::string>(v[0]) == name) partOf<Part>(s).*member = value;
   });
   made.tag = tagOf(option);
   made.get = [member, choices](const Request& s) -> std::optional<Value> {
     for (const auto& [name, value] : choices)
-      if (s.*member == value) return std::string(name);
+      if (partOf<Part>(s).*member == value) return std::string(name);
     return {};
   };
   made.fallback = toText(*made.get({}));

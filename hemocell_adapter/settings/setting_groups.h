@@ -11,6 +11,10 @@ namespace packmesh::hemocell {
 std::vector<Setting> cellSettings();
 std::vector<Setting> lumenSettings();
 std::vector<Setting> methodSettings();
+/// Of Method::cat, and the choice of the method.
+std::vector<Setting> catSettings();
+/// Of Method::cat, among those of the output.
+Setting framesSetting();
 std::vector<Setting> limitSettings();
 std::vector<Setting> outputSettings();
 /// Options of packCells that packMesh accepts and ignores.

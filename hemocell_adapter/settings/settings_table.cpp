@@ -9,8 +9,9 @@ const std::vector<Setting>& settingsTable() {
   static const std::vector<Setting> table = [] {
     const std::pair<Topic, std::vector<Setting>> groups[] = {
         {Topic::cells, cellSettings()},     {Topic::lumen, lumenSettings()},
-        {Topic::packing, methodSettings()}, {Topic::limits, limitSettings()},
-        {Topic::output, outputSettings()},  {Topic::ignored, ignoredSettings()}};
+        {Topic::packing, catSettings()},    {Topic::packing, methodSettings()},
+        {Topic::limits, limitSettings()},   {Topic::output, outputSettings()},
+        {Topic::ignored, ignoredSettings()}};
     std::vector<Setting> all;
     for (const auto& [topic, settings] : groups)
       for (Setting setting : settings) {

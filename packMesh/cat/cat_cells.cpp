@@ -70,14 +70,18 @@ class CellBuilder {
   int label(int point) const { return t_.labels[point]; }
   bool isWall(int point) const { return label(point) == wallLabel; }
 
-  Middle middle(std::initializer_list<int> points) const {
+  /// Of some corners of a tetrahedron.
+  Middle middle(const std::array<int, 4>& points, int corners) const {
     Middle m{-1, -1, -1, -1};
-    std::copy(points.begin(), points.end(), m.begin());
-    std::sort(m.begin(), m.begin() + points.size());
-    if (!atWall_) return m;
+    int count = 0, onWall = -1;
+    for (int k = 0; k < 4; ++k) {
+      if (!(corners >> k & 1)) continue;
+      m[count++] = points[k];
+      if (onWall < 0 && isWall(points[k])) onWall = points[k];
+    }
+    std::sort(m.begin(), m.begin() + count);
     // Split points are moved to the container's corner; two of them are never requested.
-    const auto onWall = std::find_if(points.begin(), points.end(), [&](int p) { return isWall(p); });
-    return onWall == points.end() ? m : Middle{*onWall, -1, -1, -1};
+    return atWall_ && onWall >= 0 ? Middle{onWall, -1, -1, -1} : m;
   }
 
   /// Triangles of a face, a convex polygon that is counter-clockwise as seen from the second side.
@@ -105,41 +109,20 @@ class CellBuilder {
     }
     // Make the volume of a, b, c, d positive: exchange two corners with the same label or, if all differ, any
     // two.
-    int a = p[0], b = p[1], c = p[2], d = p[3];
     if (inversions % 2 == 1) {
       if (pattern.kind == ChordalCase::allDifferent)
-        std::swap(c, d);
+        std::swap(p[2], p[3]);
       else
-        std::swap(a, b);
+        std::swap(p[0], p[1]);
     }
-    const auto m = [&](auto... points) { return middle({points...}); };
-    switch (pattern.kind) {
-      case ChordalCase::none:
-        break;
-      case ChordalCase::threeOne:
-        add(label(a), label(d), {m(a, d), m(b, d), m(c, d)});
-        break;
-      case ChordalCase::twoTwo:
-        add(label(a), label(c), {m(a, c), m(a, d), m(b, d), m(b, c)});
-        break;
-      case ChordalCase::twoOneOne:
-        add(label(a), label(c), {m(a, c), m(a, c, d), m(b, c, d), m(b, c)});
-        add(label(a), label(d), {m(a, d), m(b, d), m(b, c, d), m(a, c, d)});
-        add(label(c), label(d), {m(c, d), m(a, c, d), m(b, c, d)});
-        break;
-      case ChordalCase::allDifferent: {
-        const auto between = [&](int i, int j, int k, int l) {
-          add(label(i), label(j), {m(i, j), m(i, j, k), m(i, j, k, l), m(i, j, l)});
-        };
-        between(a, b, c, d);
-        between(a, c, d, b);
-        between(a, d, b, c);
-        between(b, c, a, d);
-        between(b, d, c, a);
-        between(c, d, a, b);
-        break;
+    withCase(pattern.kind, [&](auto kind) {
+      for (const ChordalCut& cut : chordalCuts<kind.value>) {
+        std::vector<Middle> polygon;
+        for (const int corners : cut.polygon)
+          if (corners != 0) polygon.push_back(middle(p, corners));
+        add(label(p[lowestCorner(cut.first)]), label(p[lowestCorner(cut.second)]), polygon);
       }
-    }
+    });
   }
 
   void findWallFaces() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace packmesh {
@@ -71,6 +72,15 @@ struct EscapeSettings {
   int groupSize = 12;                 ///< number of cells in a group
   int holes = 60;                     ///< number of holes tried per block, largest first
   std::vector<std::int64_t> reserve;  ///< per species: number of bodies that can be added; empty: none
+};
+
+struct CatSettings {
+  PlaneSource planeSource = PlaneSource::chords;
+  GrowthSettings growth = {};
+  /// If growth does not bring all cells to full size, and if there is a reserve, escape from local maxima.
+  std::optional<EscapeSettings> escape = {};
+
+  bool usesReserve() const { return escape.has_value(); }
 };
 
 }  // namespace packmesh

@@ -2,6 +2,7 @@
 #include "packMesh/cat/chordal_split.h"
 
 #include <cmath>
+#include <utility>
 
 namespace packmesh {
 namespace {
@@ -65,35 +66,12 @@ class Splitter {
     tetrahedron_ = index;
     order_ = pattern.order.data();
     for (int k = 0; k < 4; ++k) corner_[k] = t[order_[k]];
-    const Vec3 &a = at(0), &b = at(1), &c = at(2), &d = at(3);
-    switch (pattern.kind) {
-      case ChordalCase::none:
-        break;
-      case ChordalCase::threeOne:
-        add<0b0111, 0b1000>((b - a).cross(c - a));
-        break;
-      case ChordalCase::twoTwo:
-        add<0b0011, 0b1100>((b - a).cross(d - c));
-        break;
-      case ChordalCase::twoOneOne:
-        add<0b0011, 0b0100>((b - a).cross(2.0 * d - a - c));
-        add<0b0011, 0b1000>((b - a).cross(2.0 * c - a - d));
-        add<0b0100, 0b1000>((b - a).cross(2.0 * a - c - d));
-        break;
-      case ChordalCase::allDifferent:
-        addTwice<0, 1>(c, d);
-        addTwice<0, 2>(b, d);
-        addTwice<0, 3>(b, c);
-        addTwice<1, 2>(a, d);
-        addTwice<1, 3>(a, c);
-        addTwice<2, 3>(a, b);
-        break;
-    }
+    withCase(pattern.kind, [this](auto kind) {
+      addAll<kind.value>(std::make_index_sequence<chordalCuts<kind.value>.size()>());
+    });
   }
 
  private:
-  static constexpr int lowest(int mask) { return mask & 1 ? 0 : mask & 2 ? 1 : mask & 4 ? 2 : 3; }
-
   const Vec3& at(int k) const { return points_[corner_[k]]; }
 
   template <int mask>
@@ -104,12 +82,17 @@ class Splitter {
     return static_cast<std::uint8_t>(bits);
   }
 
-  /// A face between the corners of two masks, in the order of the pattern; it cuts the edges between them in
-  /// half.
-  template <int first, int second>
-  void add(const Vec3& normal) {
-    constexpr int i = lowest(first), j = lowest(second);
-    const Vec3 edge = at(j) - at(i);
+  template <ChordalCase kind, std::size_t... cuts>
+  void addAll(std::index_sequence<cuts...>) {
+    (add<kind, cuts>(), ...);
+  }
+
+  /// A face, or two in a plane; it cuts the edges between the corners on both sides in half.
+  template <ChordalCase kind, std::size_t number>
+  void add() {
+    constexpr ChordalCut cut = chordalCuts<kind>[number];
+    constexpr int i = lowestCorner(cut.first), j = lowestCorner(cut.second);
+    const Vec3 normal = cut.normal(at(0), at(1), at(2), at(3)), edge = at(j) - at(i);
     const double length = normal.norm(), along = normal.dot(edge);
     face_->normal = normal / (along < 0.0 ? -length : length);
     if (!(length > 0.0)) face_->normal = edge.normalized();  // flat up to rounding
@@ -117,18 +100,13 @@ class Splitter {
     const bool fromWall = atWall_ && labels_[corner_[i]] == wallLabel;
     face_->away = length > 0.0 && !toWall && !fromWall ? 0.5 * std::abs(along) / length : 0.0;
     face_->point = toWall ? at(j) : fromWall ? at(i) : Vec3(0.5 * (at(i) + at(j)));
-    finish<first, second>();
-  }
-
-  /// The two faces at the midpoint of edge ij, in the plane through the other corners p and q.
-  template <int i, int j>
-  void addTwice(const Vec3& p, const Vec3& q) {
-    const Vec3 middle = 0.5 * (at(i) + at(j));
-    add<1 << i, 1 << j>((p - middle).cross(q - middle));
-    face_->normal = face_[-1].normal;
-    face_->away = face_[-1].away;
-    face_->point = face_[-1].point;
-    finish<1 << i, 1 << j>();
+    finish<cut.first, cut.second>();
+    if constexpr (cut.twice) {
+      face_->normal = face_[-1].normal;
+      face_->away = face_[-1].away;
+      face_->point = face_[-1].point;
+      finish<cut.first, cut.second>();
+    }
   }
 
   template <int first, int second>

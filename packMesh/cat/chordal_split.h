@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "packMesh/cat/tetrahedra.h"
@@ -25,6 +26,70 @@ enum class WallFaces {
 
 /// Cases of Table 3.1, by the number of corners with each label.
 enum class ChordalCase : std::uint8_t { none, threeOne, twoTwo, twoOneOne, allDifferent };
+
+/// A face between two segments of a tetrahedron with corners a, b, c, d in standard form (ChordalPattern).
+/// Sets of corners are masks, a is 1.
+struct ChordalCut {
+  int first, second;  ///< corners on either side
+  /// The corners of the face: midpoints and centroids of these corners of the tetrahedron, counter-clockwise
+  /// as seen from the second side if the tetrahedron has a positive volume. 0 after the last.
+  std::array<int, 4> polygon;
+  /// Normal of its plane, of any length and sign.
+  Vec3 (*normal)(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+  bool twice = false;  ///< one of two faces in a plane, of which the polygon is the union
+};
+
+/// Normal of the plane through the middle of edge ij and p and q.
+inline Vec3 normalThrough(const Vec3& i, const Vec3& j, const Vec3& p, const Vec3& q) {
+  const Vec3 middle = 0.5 * (i + j);
+  return (p - middle).cross(q - middle);
+}
+
+/// The faces of each case: Table 3.1.
+template <ChordalCase>
+inline constexpr std::array<ChordalCut, 0> chordalCuts{};
+
+// A table: clang-format would give every number a line.
+// clang-format off
+template <>
+inline constexpr std::array<ChordalCut, 1> chordalCuts<ChordalCase::threeOne> = {{
+    {0b0111, 0b1000, {0b1001, 0b1010, 0b1100}, [](auto& a, auto& b, auto& c, auto&) -> Vec3 { return (b - a).cross(c - a); }}}};
+template <>
+inline constexpr std::array<ChordalCut, 1> chordalCuts<ChordalCase::twoTwo> = {{
+    {0b0011, 0b1100, {0b0101, 0b1001, 0b1010, 0b0110},
+     [](auto& a, auto& b, auto& c, auto& d) -> Vec3 { return (b - a).cross(d - c); }}}};
+template <>
+inline constexpr std::array<ChordalCut, 3> chordalCuts<ChordalCase::twoOneOne> = {{
+    {0b0011, 0b0100, {0b0101, 0b1101, 0b1110, 0b0110},
+     [](auto& a, auto& b, auto& c, auto& d) -> Vec3 { return (b - a).cross(2.0 * d - a - c); }},
+    {0b0011, 0b1000, {0b1001, 0b1010, 0b1110, 0b1101},
+     [](auto& a, auto& b, auto& c, auto& d) -> Vec3 { return (b - a).cross(2.0 * c - a - d); }},
+    {0b0100, 0b1000, {0b1100, 0b1101, 0b1110},
+     [](auto& a, auto& b, auto& c, auto& d) -> Vec3 { return (b - a).cross(2.0 * a - c - d); }}}};
+template <>
+inline constexpr std::array<ChordalCut, 6> chordalCuts<ChordalCase::allDifferent> = {{
+    {0b0001, 0b0010, {0b0011, 0b0111, 0b1111, 0b1011}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(a, b, c, d); }, true},
+    {0b0001, 0b0100, {0b0101, 0b1101, 0b1111, 0b0111}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(a, c, b, d); }, true},
+    {0b0001, 0b1000, {0b1001, 0b1011, 0b1111, 0b1101}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(a, d, b, c); }, true},
+    {0b0010, 0b0100, {0b0110, 0b0111, 0b1111, 0b1110}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(b, c, a, d); }, true},
+    {0b0010, 0b1000, {0b1010, 0b1110, 0b1111, 0b1011}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(b, d, a, c); }, true},
+    {0b0100, 0b1000, {0b1100, 0b1101, 0b1111, 0b1110}, [](auto& a, auto& b, auto& c, auto& d) { return normalThrough(c, d, a, b); }, true}}};
+// clang-format on
+
+/// The first of a set of corners.
+constexpr int lowestCorner(int corners) {
+  return corners & 1 ? 0 : corners & 2 ? 1 : corners & 4 ? 2 : 3;
+}
+
+/// Calls `use` with a case as std::integral_constant.
+template <class Use>
+void withCase(ChordalCase kind, Use&& use) {
+  if (kind == ChordalCase::threeOne) use(std::integral_constant<ChordalCase, ChordalCase::threeOne>());
+  if (kind == ChordalCase::twoTwo) use(std::integral_constant<ChordalCase, ChordalCase::twoTwo>());
+  if (kind == ChordalCase::twoOneOne) use(std::integral_constant<ChordalCase, ChordalCase::twoOneOne>());
+  if (kind == ChordalCase::allDifferent)
+    use(std::integral_constant<ChordalCase, ChordalCase::allDifferent>());
+}
 
 /// Number of faces in each case.
 inline constexpr std::array<int, 5> chordalFaceCount = {0, 1, 1, 3, 12};

@@ -38,9 +38,9 @@ class SmallestGap {
   void forgetLeast() { least_ = std::numeric_limits<double>::infinity(); }
   /// Forgets everything and raises the limit. Pre: not settled.
   void beginAgain() {
-    constexpr double growth = 8.0;
+    constexpr double factor = 8.0;
     level_ =
-        least_ < ofInterest_ ? std::nextafter(least_, ofInterest_) : std::min(growth * level_, ofInterest_);
+        least_ < ofInterest_ ? std::nextafter(least_, ofInterest_) : std::min(factor * level_, ofInterest_);
     least_ = known_ = std::numeric_limits<double>::infinity();
   }
 

@@ -32,7 +32,7 @@ class Container {
   /// Description in one line: "periodic box 50 x 50 x 50 µm".
   virtual std::string describe() const = 0;
 
-  /// Closed surface of the lumen, for pictures and tetrahedralisation.
+  /// Closed surface of the lumen, for pictures and engines.
   virtual TriangleMesh surface() const = 0;
 };
 

@@ -34,7 +34,7 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
   const std::int64_t most = std::min(sweeps, problem_.execution.limits.maxSweeps);
   if (!relaxation_) {
     begin();
-    if (growth_ && !grown(most)) return false;
+    if (engine_ && !engineDone(most)) return false;
     if (!relaxation_ || control_.interrupted()) return false;
     keepState();
     if (startsClean()) return true;
@@ -77,14 +77,14 @@ void Attempt::endRelaxation() {
 
 /// Places the cells, or takes them from the state to resume.
 void Attempt::begin() {
-  if (growth_) return;
-  const bool grows = problem_.method.kind == Method::cat;
-  if (problem_.resume && !(grows && problem_.resume->position.stage == Stage::growth)) {
-    if (grows) result_.statistics.growth.emplace().iterations = problem_.resume->growth.iterations;
+  if (engine_) return;
+  const Engine* const engine = problem_.engine.get();
+  if (problem_.resume && !(engine && problem_.resume->position.stage == Stage::engine)) {
+    if (engine) result_.statistics.engine = engine->statistics(problem_.resume->engine.iterations);
     resume(*problem_.resume);
-  } else if (grows) {
-    growth_.emplace(problem_, control_, result_.statistics, [this] { keepState(); });
-    if (growth_->hasBegun()) keepState();
+  } else if (engine) {
+    engine_ = engine->begin(problem_, control_, result_.statistics, [this] { keepState(); });
+    if (engine_->hasBegun()) keepState();
   } else {
     const Timer watch(result_.statistics.placementSeconds);
     if (std::optional<std::vector<Body>> bodies =
@@ -106,25 +106,24 @@ void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) 
   relaxation_.emplace(problem_.physics, problem_.execution, std::move(bodies), state);
 }
 
-/// Whether all cells have grown to full size; if so, they are ready for the certificate.
-bool Attempt::grown(std::int64_t iterations) {
-  if (!growth_->run(iterations)) {
+/// Whether the engine has brought all cells to full size; if so, they are ready for the certificate.
+bool Attempt::engineDone(std::int64_t iterations) {
+  if (!engine_->run(iterations)) {
     over_ =
-        !control_.interrupted() && (growth_->ended() || iterations >= problem_.execution.limits.maxSweeps);
+        !control_.interrupted() && (engine_->ended() || iterations >= problem_.execution.limits.maxSweeps);
     return false;
   }
-  takeGrown();
+  takeFromEngine();
   return true;
 }
 
-/// Replaces the growth stage by a relaxation of its cells of full size.
-void Attempt::takeGrown() {
-  std::vector<Body> cells = growth_->fullCells();
-  std::int64_t last = 0;  // an escape may have added cells
+/// Replaces the stage of the engine by a relaxation of its cells of full size.
+void Attempt::takeFromEngine() {
+  std::vector<Body> cells = engine_->take();
+  std::int64_t last = 0;  // it may have added cells
   for (const Body& cell : cells) last = std::max(last, cell.id + 1);
   last = -problem_.execution.communicator.min(-last);
   shares_ = IdShares(std::max(cells_, last), problem_.execution.communicator);
-  result_.statistics.tetrahedra = growth_->tetrahedra();
   relaxFrom(std::move(cells));
   at_ = {Stage::certificate, false, 0, {}};
 }
@@ -134,7 +133,7 @@ bool Attempt::startsClean() {
   const bool whole =
       std::all_of(problem_.physics.species.begin(), problem_.physics.species.end(),
                   [](const Species& s) { return static_cast<std::int64_t>(s.start.size()) >= s.count; });
-  if (!whole || growth_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
+  if (!whole || engine_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
   return cleanByChance();
 }
 
@@ -170,13 +169,13 @@ void Attempt::keepState() {
     repairs_.store(kept_);
     kept_.cellCount = relaxation_->cellCount();
     kept_.cells = relaxation_->unsortedStates();
-    if (result_.statistics.growth) kept_.growth.iterations = result_.statistics.growth->iterations;
+    if (result_.statistics.engine) kept_.engine.iterations = result_.statistics.engine->iterations();
   } else {
-    kept_.position.stage = Stage::growth;
-    kept_.growth = growth_->position();
+    kept_.position.stage = Stage::engine;
+    kept_.engine = engine_->save();
     kept_.cellCount = cells_;
-    const std::vector<Body> grown = growth_->cells();
-    kept_.cells.assign(grown.begin(), grown.end());
+    const std::vector<Body> cells = engine_->cells();
+    kept_.cells.assign(cells.begin(), cells.end());
   }
   const auto& due = problem_.checkpoints->due;
   if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept());
@@ -320,7 +319,7 @@ void Attempt::deliver(const Certificate& certificate) {
 }
 
 bool Attempt::leaveOutFailing() {
-  if (!relaxation_ && growth_ && growth_->hasBegun()) takeGrown();
+  if (!relaxation_ && engine_ && engine_->hasBegun()) takeFromEngine();
   if (!relaxation_) return false;
   leftOut_ = true;
   Timer watch(result_.statistics.certificateSeconds);

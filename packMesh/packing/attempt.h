@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One run through placement, growth or relaxation, and certificate: the only main loop.
+/// @file One run through placement and relaxation, or an engine, and certificate: the only main loop.
 #pragma once
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/packing/growth_stage.h"
+#include "packMesh/packing/engine.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
@@ -28,8 +29,8 @@ class Attempt {
   Attempt(const PackingProblem& problem, RunControl& control);
 
   /// Places the cells, or continues from the state to resume, until all are certified, a limit is reached, or
-  /// the given number of sweeps (or iterations of growth) is done; if called again, it continues as if it had
-  /// not stopped.
+  /// the given number of sweeps (or iterations of the engine) is done; if called again, it continues as if it
+  /// had not stopped.
   bool certifyAll(std::int64_t sweeps = std::numeric_limits<std::int64_t>::max());
 
   /// Removes cells until none of the others fails, without moving any: of each failing pair, the cell that
@@ -47,11 +48,11 @@ class Attempt {
   bool hasDelivered() const { return delivered_; }
 
   /// Whether cells have been placed, so that there is a state to save.
-  bool hasBegun() const { return begun_ || relaxation_ || (growth_ && growth_->hasBegun()); }
+  bool hasBegun() const { return begun_ || relaxation_ || (engine_ && engine_->hasBegun()); }
 
-  /// Sweeps of relaxation, or iterations of growth.
+  /// Sweeps of relaxation, or iterations of the engine.
   std::int64_t sweeps() const {
-    return growth_ ? growth_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
+    return engine_ ? engine_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
   }
 
   /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it.
@@ -63,10 +64,10 @@ class Attempt {
   PackingResult takeResult();
 
  private:
-  // Stages: placement or growth, relaxation, certificate and repair.
+  // Stages: placement or an engine, relaxation, certificate and repair.
   void begin();
   void resume(const PackingState& state);
-  bool grown(std::int64_t iterations);
+  bool engineDone(std::int64_t iterations);
   bool relaxed(std::int64_t maxSweeps);
   bool certified();
   bool certifiedOnce(const RepairPolicy& policy, std::optional<Certifier>& certifier);
@@ -75,7 +76,7 @@ class Attempt {
   bool startsClean();
 
   void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
-  void takeGrown();
+  void takeFromEngine();
   ScheduleLimits limits(std::int64_t maxSweeps);
   CertificateInput inputNow();
   Certificate examined(const RepairPolicy& policy, std::optional<Certifier>& certifier);
@@ -89,8 +90,8 @@ class Attempt {
   RunControl& control_;
   const std::int64_t cells_;  ///< requested
   IdShares shares_;
-  std::optional<GrowthStage> growth_;     ///< Method::cat
-  std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or grown
+  std::unique_ptr<EngineStage> engine_;   ///< of PackingProblem::engine
+  std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or taken from the engine
   RunPosition at_;                        ///< the next stage, once there is a relaxation
   Repairs repairs_;
   WrittenCells written_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "packMesh/packing/attempt.h"
+#include "packMesh/packing/engine.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
@@ -125,14 +126,12 @@ class Search {
     PackingProblem part = problem_;
     part.resume.reset();
     part.checkpoints.reset();
-    part.method.escape.reset();
+    if (part.engine) part.engine = part.engine->forTrials();
     part.execution.observe = {};
     part.execution.limits.maxSweeps = std::max(part.execution.limits.maxSweeps, sweepsOfRelax(fewestParts));
-    // A trial that stalls is abandoned: a lower rung takes less time than relaxations of a hopeless one.
-    if (part.method.growth.giveUpAfter == 0) part.method.growth.giveUpAfter = 1;
     if (problem_.execution.progress)
       part.execution.progress = [this](Progress progress) {
-        if (problem_.method.kind == Method::relaxation) progress.stage = "search for the densest packing";
+        if (!problem_.engine) progress.stage = "search for the densest packing";
         progress.sweep += sweepsOfOthers_;
         problem_.execution.progress(progress);
       };

@@ -24,11 +24,12 @@ struct Densest {
 using WholeAttempt = std::function<bool(std::int64_t sweeps)>;
 
 /// Searches for the densest packing of fewer cells than the problem has. Every trial packs cells up to a
-/// hematocrit from scratch, in at most as many sweeps (or iterations of growth) as the first parts of relax()
-/// have, without escapes; the ratios of the species are kept, and so are fixed cells. The search bisects
-/// coarsely with the first part, then increases the fraction step by step and bisects more finely with two;
-/// if there is a time limit or there are few cells, with one more part each time it makes no progress. When
-/// it arrives at the requested number of cells, `whole` continues for as many sweeps as a trial would.
+/// hematocrit from scratch, in at most as many sweeps (or iterations of the engine) as the first parts of
+/// relax() have, with Engine::forTrials(); the ratios of the species are kept, and so are fixed cells. The
+/// search bisects coarsely with the first part, then increases the fraction step by step and bisects more
+/// finely with two; if there is a time limit or there are few cells, with one more part each time it makes no
+/// progress. When it arrives at the requested number of cells, `whole` continues for as many sweeps as a
+/// trial would.
 ///
 /// The trials depend on the species and the lumen, not on the requested number of cells: a larger request
 /// does not yield fewer cells, except for rounding to multiples of `rung`. Without a time limit, the result

@@ -5,6 +5,7 @@
 
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
+#include "packMesh/packing/engine.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -39,8 +40,9 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   });
   control.atPolls = {};
   if (control.interrupted() || densest.whole) return densest;
-  // The state after escapes may be denser than what the search, which has none, has found.
-  const bool keepsOwn = (problem.method.escape || !densest.packing) && all.leaveOutFailing();
+  // The state of the engine may be denser than what the search has found.
+  const bool keepsOwn =
+      ((problem.engine && problem.engine->canExceedTrials()) || !densest.packing) && all.leaveOutFailing();
   if (densest.packing &&
       !(keepsOwn && all.certificate().cellVolume >= densest.packing->certificate.cellVolume))
     all.take(*densest.packing);

@@ -3,12 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "packMesh/cat/cat_face_planes.h"
-#include "packMesh/cat/escape.h"
-#include "packMesh/cat/growth.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/problem/cell.h"
@@ -21,20 +19,31 @@ enum class Outcome {
   interrupted,  ///< stopped on request
 };
 
+struct Statistics;
+
+/// What an engine counts.
+class EngineStatistics {
+ public:
+  virtual ~EngineStatistics() = default;
+  virtual std::int64_t iterations() const = 0;
+  /// Sentences for people. @param all of the run
+  virtual std::vector<std::string> lines(const Statistics& all) const = 0;
+  /// Members of `statistics` in reports, as text of a JSON object.
+  virtual std::string json() const = 0;
+};
+
 struct Statistics {
   std::int64_t blocks = 0;     ///< number of blocks of the domain; additional ranks are idle
   std::int64_t sweeps = 0;     ///< of the relaxation
   std::int64_t repairs = 0;    ///< rounds in which pairs failing the exact test got more clearance
   std::int64_t searching = 0;  ///< sweeps or iterations of the search for fewer cells
-  std::optional<GrowthStatistics> growth;    ///< of Method::cat
-  std::optional<TetrahedraSums> tetrahedra;  ///< of PlaneSource::catFaces
-  std::vector<EscapePhase> escape;           ///< where local maxima were escaped
+  std::shared_ptr<const EngineStatistics> engine;  ///< of PackingProblem::engine
   /// CPU time of this rank [s]
-  double placementSeconds = 0.0, relaxationSeconds = 0.0, growthSeconds = 0.0, certificateSeconds = 0.0;
+  double placementSeconds = 0.0, relaxationSeconds = 0.0, engineSeconds = 0.0, certificateSeconds = 0.0;
 
-  /// All sweeps of relaxation, or iterations of growth, and what they are called.
-  std::int64_t effort() const { return (growth ? growth->iterations : sweeps) + searching; }
-  const char* unit() const { return growth ? "iterations" : "sweeps"; }
+  /// All sweeps of relaxation, or iterations of the engine, and what they are called.
+  std::int64_t effort() const { return (engine ? engine->iterations() : sweeps) + searching; }
+  const char* unit() const { return engine ? "iterations" : "sweeps"; }
 };
 
 struct PackingResult {

@@ -2,6 +2,7 @@
 /// @file An unfinished packing: everything that its continuation depends on, besides the problem.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -9,7 +10,6 @@
 #include <vector>
 
 #include "packMesh/analysis/cell_measures.h"
-#include "packMesh/cat/growth.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/schedule.h"
@@ -21,7 +21,7 @@ enum class Stage : std::int32_t {
   relaxation = 0,   ///< continues relax()
   certificate = 1,  ///< certifies
   repair = 2,       ///< continues settle(), after cells failed the certificate
-  growth = 3,       ///< continues grow(); with Method::cat the only one besides `certificate`
+  engine = 3,       ///< continues that of the engine; with one the only stage besides `certificate`
 };
 
 struct RunPosition {
@@ -31,11 +31,11 @@ struct RunPosition {
   SchedulePosition schedule;
 };
 
-/// State of growth, see grow() and PackingProblem::growth.
-struct GrowthPosition {
-  std::int64_t attempt = 0;
-  std::int64_t iterations = 0;  ///< of all attempts
-  GrowthProgress progress;
+/// State of PackingProblem::engine, whose numbers it alone understands: at least 0.
+struct EnginePosition {
+  std::int64_t iterations = 0;
+  std::array<std::int64_t, 5> counters = {};
+  std::array<double, 2> numbers = {};
   std::vector<BodyState> best;  ///< of earlier attempts
 };
 
@@ -46,8 +46,8 @@ struct PackingState {
   RelaxationState relaxation;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
   std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
-  GrowthPosition growth;                                                   ///< with Method::cat
-  std::int64_t cellCount = 0;                                              ///< on all ranks
+  EnginePosition engine;
+  std::int64_t cellCount = 0;    ///< on all ranks
   std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
   CellMeasures measures;         ///< of these cells, if the run has ended
   /// To be saved with the cells: vertices of those that have meshes of their own and species with the

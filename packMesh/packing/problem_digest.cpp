@@ -5,10 +5,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include <memory>
-#include <type_traits>
-
 #include "packMesh/core/random.h"
+#include "packMesh/packing/engine.h"
 
 namespace packmesh {
 namespace {
@@ -18,38 +16,6 @@ constexpr std::int64_t generation = 1;
 
 /// Number of points at which lumens are compared.
 constexpr std::int64_t probes = 256;
-
-class Digest {
- public:
-  Digest() : state_(XXH3_createState(), XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
-
-  template <class T>
-  void add(const T& number) {
-    static_assert(std::is_arithmetic_v<T>);
-    XXH3_128bits_update(state_.get(), &number, sizeof number);
-  }
-  void add(const Vec3& v) {
-    for (int k = 0; k < 3; ++k) add(v[k]);
-  }
-  void add(const std::string& text) {
-    add(static_cast<std::int64_t>(text.size()));
-    XXH3_128bits_update(state_.get(), text.data(), text.size());
-  }
-  void add(const TriangleMesh& mesh) {
-    add(static_cast<std::int64_t>(mesh.vertices.size()));
-    for (const Vec3& v : mesh.vertices) add(v);
-    for (const Triangle& t : mesh.triangles)
-      for (const int corner : t) add(corner);
-  }
-
-  std::string text() const {
-    const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
-  }
-
- private:
-  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
-};
 
 void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
   for (std::int64_t n = 0; n < probes; ++n) {
@@ -92,45 +58,50 @@ void addSpecies(const Physics& physics, const Species& species, const Box& bound
   if (!start.empty() || !freedom.isFree()) addFreedom(species, bounds, digest);
 }
 
-void addGrowth(const GrowthSettings& settings, Digest& digest) {
-  const auto& [initialScale, barriers, maxIterations, rotationBound, translationBound, padding,
-               linearisations, alpha, beta, centring, shaking, patience, stalledGrowth, relaxationSweeps,
-               giveUpAfter, attempts] = settings;
-  for (const double barrier : barriers) digest.add(barrier);
-  for (const double number :
-       {initialScale, rotationBound, translationBound, padding, alpha, beta, shaking, stalledGrowth})
-    digest.add(number);
-  for (const int number :
-       {maxIterations, linearisations, centring ? 1 : 0, patience, relaxationSweeps, giveUpAfter, attempts})
-    digest.add(number);
-}
-
-void addEscape(const EscapeSettings& settings, Digest& digest) {
-  const auto& [orientations, swapRounds, groupSize, holes, reserve] = settings;
-  for (const int number : {orientations, swapRounds, groupSize, holes}) digest.add(number);
-  for (const std::int64_t number : reserve) digest.add(number);
+XXH3_state_t* of(const std::shared_ptr<void>& state) {
+  return static_cast<XXH3_state_t*>(state.get());
 }
 
 }  // namespace
 
+Digest::Digest()
+    : state_(XXH3_createState(), [](void* state) { XXH3_freeState(static_cast<XXH3_state_t*>(state)); }) {
+  XXH3_128bits_reset(of(state_));
+}
+
+void Digest::addBytes(const void* bytes, std::size_t count) {
+  XXH3_128bits_update(of(state_), bytes, count);
+}
+
+void Digest::add(const std::string& text) {
+  add(static_cast<std::int64_t>(text.size()));
+  addBytes(text.data(), text.size());
+}
+
+void Digest::add(const TriangleMesh& mesh) {
+  add(static_cast<std::int64_t>(mesh.vertices.size()));
+  for (const Vec3& v : mesh.vertices) add(v);
+  for (const Triangle& t : mesh.triangles)
+    for (const int corner : t) add(corner);
+}
+
+std::string Digest::text() const {
+  const XXH128_hash_t hash = XXH3_128bits_digest(of(state_));
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
 std::string digestOf(const PackingProblem& problem) {
   // `written` is not compared: it belongs to the program, not to the problem.
   const auto& [species, container, clearance, wallClearance, seed, rotate, written] = problem.physics;
-  const auto& [kind, planeSource, growth, escape] = problem.method;
   Digest digest;
   digest.add(generation);
-  digest.add(static_cast<int>(kind));
+  digest.add(problem.engine ? 1 : 0);
   digest.add(seed);
   digest.add(rotate);
   digest.add(clearance);
   digest.add(wallClearance);
   digest.add(1);  // of a removed option, so that the digests of older states remain valid
-  if (kind == Method::cat) {
-    digest.add(static_cast<int>(planeSource));
-    addGrowth(growth, digest);
-    digest.add(escape.has_value());
-    if (escape) addEscape(*escape, digest);
-  }
+  if (problem.engine) problem.engine->addTo(digest);
   const Box bounds = container->bounds();
   digest.add(bounds.lo);
   digest.add(bounds.hi);

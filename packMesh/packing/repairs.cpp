@@ -83,10 +83,10 @@ void Repairs::calibratePairs(const Certificate& found, Relaxation& relaxation) c
 /// Additional clearance of a misplaced cell: what relaxation missed because it interpolates the distance to
 /// the wall.
 void Repairs::demandOfWall(const MisplacedCell& cell, Relaxation& relaxation) {
-  constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
+  constexpr double more = 0.5;  // its depth in the wall is unknown: demand more each time
   double& demanded = demandedOfWall_[cell.cell];
   const double wanted = cell.gap > 0.0 ? cell.required - cell.gap + tolerance::repairClearance
-                                       : std::max(tolerance::repairClearance, growth * demanded);
+                                       : std::max(tolerance::repairClearance, more * demanded);
   const double most = physics_.largestReach();  // more than relaxation can miss
   const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
   demanded += extra;

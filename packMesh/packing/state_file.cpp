@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/state_file.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
@@ -24,11 +26,18 @@ namespace fs = std::filesystem;
 constexpr char kind[] = "state";
 constexpr std::int64_t schemaVersion = 2;
 
+/// Group of PackingState::engine, and name of its stage. There is one engine.
+constexpr char engineGroup[] = "/growth";
+
+std::string ofEngine(const char* table) {
+  return std::string(engineGroup) + "/" + table;
+}
+
 /// Bounds of plausible values: no number of a run is so large, no cell so far outside the lumen's bounds,
 /// even if the lumen is small [µm].
 constexpr double mostPossible = 1e17, farthest = 100.0;
 
-/// Growth begins far above this scale (GrowthSettings::smallestScale).
+/// Engines begin far above this scale.
 constexpr double smallestScale = 1e-12;
 
 /// No length except that of a path is as large [µm].
@@ -45,8 +54,8 @@ const char* stageOf(const PackingState& state, bool finished) {
       return "certificate";
     case Stage::repair:
       return "repair";
-    case Stage::growth:
-      return "growth";
+    case Stage::engine:
+      return engineGroup + 1;
   }
   return "";
 }
@@ -124,8 +133,8 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
 struct RunTables {
   std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
       wallCells;
-  std::vector<std::int64_t> growth;
-  std::vector<double> lengths, wallDemands, growthNumbers;
+  std::vector<std::int64_t> engine;
+  std::vector<double> lengths, wallDemands, engineNumbers;
   std::vector<float> clearances;
 };
 
@@ -142,8 +151,8 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
   visit("/run/failures", 1, tables.failures);
   visit("/run/misplaced_cells", 1, tables.wallCells);
   visit("/run/demanded_of_wall", 1, tables.wallDemands);
-  visit("/growth/position", 1, tables.growth);
-  visit("/growth/numbers", 1, tables.growthNumbers);
+  visit(ofEngine("position"), 1, tables.engine);
+  visit(ofEngine("numbers"), 1, tables.engineNumbers);
 }
 
 RunTables runTablesOf(const PackingState& state) {
@@ -175,9 +184,10 @@ RunTables runTablesOf(const PackingState& state) {
     t.wallCells.push_back(cell);
     t.wallDemands.push_back(demanded);
   }
-  const GrowthProgress& g = state.growth.progress;
-  t.growth = {state.growth.attempt, state.growth.iterations, g.barrier, g.iteration, g.since, g.failures};
-  t.growthNumbers = {g.sweeps, static_cast<double>(g.reference)};
+  const EnginePosition& e = state.engine;
+  t.engine.assign(e.counters.begin(), e.counters.end());
+  t.engine.insert(t.engine.begin() + 1, e.iterations);
+  t.engineNumbers.assign(e.numbers.begin(), e.numbers.end());
   return t;
 }
 
@@ -207,10 +217,9 @@ PackingState stateOf(const RunTables& t) {
     state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
   for (std::size_t i = 0; i < t.wallCells.size(); ++i)
     state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
-  state.growth.attempt = t.growth[0];
-  state.growth.iterations = t.growth[1];
-  state.growth.progress = {t.growth[2], t.growth[3],        t.growth[4],
-                           t.growth[5], t.growthNumbers[0], static_cast<std::int64_t>(t.growthNumbers[1])};
+  state.engine.iterations = t.engine[1];
+  state.engine.counters = {t.engine[0], t.engine[2], t.engine[3], t.engine[4], t.engine[5]};
+  std::copy(t.engineNumbers.begin(), t.engineNumbers.end(), state.engine.numbers.begin());
   return state;
 }
 
@@ -219,8 +228,8 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          (t.counts.empty() || t.counts.size() == species) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
-         t.position[0] <= static_cast<std::int64_t>(Stage::growth) && t.growth.size() == 6 &&
-         t.growthNumbers.size() == 2;
+         t.position[0] <= static_cast<std::int64_t>(Stage::engine) && t.engine.size() == 6 &&
+         t.engineNumbers.size() == 2;
 }
 
 /// Whether the values are possible in a run: the following code does not check them.
@@ -233,8 +242,8 @@ bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
   };
   const auto count = from0To(mostPossible), length = from0To(longestPossible(problem));
   return count(run.position) && count(run.counters) && length(run.lengths) && count(run.counts) &&
-         count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.growth) &&
-         count(run.growthNumbers);
+         count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.engine) &&
+         count(run.engineNumbers);
 }
 
 /// The same for cells. Their species have been checked.
@@ -284,28 +293,29 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   writeLumen(out, *problem.physics.container);
   out.group("/run");
   out.group("/relaxation");
-  out.group("/growth");
-  out.group("/growth/best");
+  out.group(engineGroup);
+  out.group(ofEngine("best"));
   out.group("/cells");
   const RunTables run = runTablesOf(state);
-  forEachRunTable(
-      run, [&](const char* path, int columns, const auto& table) { out.commonTable(path, columns, table); });
+  forEachRunTable(run, [&](const std::string& path, int columns, const auto& table) {
+    out.commonTable(path, columns, table);
+  });
   const CellTables cells = tablesOf(state.cells, species);
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, columns, table);
   });
   writeColumns(out, columnsOf(state.measures, state.cells.size()));
   species.writeMembranes(out, state, problem.execution.communicator);
-  // Data of growth only: the fractions of their last steps that cells took, and the best state of earlier
+  // Data of the engine only: the fractions of their last steps that cells took, and the best state of earlier
   // attempts.
-  const bool growing = state.position.stage == Stage::growth;
+  const bool atEngine = state.position.stage == Stage::engine;
   std::vector<double> taken;
   for (const BodyState& cell : state.cells)
-    if (growing) taken.push_back(cell.stepTaken);
-  out.table("/growth/taken", 1, taken);
-  const CellTables best = tablesOf(state.growth.best, species);
+    if (atEngine) taken.push_back(cell.stepTaken);
+  out.table(ofEngine("taken"), 1, taken);
+  const CellTables best = tablesOf(state.engine.best, species);
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
-    out.table(std::string("/growth/best/") + name, columns, table);
+    out.table(ofEngine("best/") + name, columns, table);
   });
 }
 
@@ -365,7 +375,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   if (in.text("/", "problem") != digestOf(problem))
     in.fail("is the state of another problem (lumen, cells, counts, clearances or seed differ)");
   RunTables run;
-  forEachRunTable(run, [&](const char* path, int columns, auto& table) {
+  forEachRunTable(run, [&](const std::string& path, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(path, columns);
   });
@@ -385,37 +395,37 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     state.measures.*column.values =
         in.table<double>(std::string("/cells/") + column.name, 1, first, end - first);
   state.cells = cellsOf(cells);
-  if (state.position.stage == Stage::growth) {
-    if (in.size("/growth/taken")[0] != state.cellCount) in.fail(misfit);
-    const std::vector<double> taken = in.table<double>("/growth/taken", 1, first, end - first);
+  if (state.position.stage == Stage::engine) {
+    if (in.size(ofEngine("taken"))[0] != state.cellCount) in.fail(misfit);
+    const std::vector<double> taken = in.table<double>(ofEngine("taken"), 1, first, end - first);
     for (std::size_t i = 0; i < taken.size(); ++i) state.cells[i].stepTaken = taken[i];
   }
-  const std::int64_t bestCells = in.size("/growth/best/id")[0];
+  const std::int64_t bestCells = in.size(ofEngine("best/id"))[0];
   if (bestCells != 0 && bestCells != state.cellCount) in.fail(misfit);
   CellTables best;
   forEachTable(best, [&, from = bestCells > 0 ? first : 0, count = bestCells > 0 ? end - first : 0](
                          const char* name, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
-    table = in.table<Number>(std::string("/growth/best/") + name, columns, from, count);
+    table = in.table<Number>(ofEngine("best/") + name, columns, from, count);
   });
   if (!alike(best)) in.fail(misfit);
-  state.growth.best = cellsOf(best);
+  state.engine.best = cellsOf(best);
   const FiledSpecies filed(problem.physics);
-  for (std::vector<BodyState>* const some : {&state.cells, &state.growth.best})
+  for (std::vector<BodyState>* const some : {&state.cells, &state.engine.best})
     for (BodyState& cell : *some) cell.species = filed.speciesOf(cell.species, cell.id).value_or(-1);
   std::int64_t all = state.cellCount;
-  if (state.position.stage != Stage::growth)
+  if (state.position.stage != Stage::engine)
     for (const Species& species : problem.physics.species) all += species.count;
   const auto unknown = [&](const BodyState& cell) {
     return cell.species < 0 || cell.species >= static_cast<int>(problem.physics.species.size()) ||
            cell.id < 0 || cell.id >= all;
   };
   if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
-      std::any_of(state.growth.best.begin(), state.growth.best.end(), unknown))
+      std::any_of(state.engine.best.begin(), state.engine.best.end(), unknown))
     in.fail("is damaged: it contains a cell that is not part of the problem");
   const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
   if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
-      !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.growth.best, problem))
+      !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.engine.best, problem))
     in.fail(impossible);
   return state;
 }

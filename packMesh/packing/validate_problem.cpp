@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/cat/tetgen_run.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
+#include "packMesh/packing/engine.h"
 
 namespace packmesh {
 namespace {
@@ -112,13 +112,6 @@ void checkColumns(const PackingProblem& problem) {
   }
 }
 
-void checkStock(const EscapeSettings& escape, std::size_t species) {
-  if (escape.reserve.size() > species)
-    throw InputError("the reserve has bodies of more species than the problem");
-  for (const std::int64_t bodies : escape.reserve)
-    if (bodies < 0) throw InputError("the reserve has a negative number of bodies");
-}
-
 /// Refuses fixed cells that overlap each other, the wall or themselves, since no packing is possible then.
 /// All ranks examine all of them.
 void checkFixed(const Physics& physics, const Threads& threads) {
@@ -173,12 +166,7 @@ void validate(const PackingProblem& problem) {
               problem.physics.wallClearance + species.freedom.extraWallClearance);
   }
   checkColumns(problem);
-  if (problem.method.kind == Method::cat) {
-    validate(problem.method.growth);
-    if (problem.method.escape) checkStock(*problem.method.escape, problem.physics.species.size());
-    if (problem.method.escape || problem.method.planeSource == PlaneSource::catFaces)
-      requireTetgen(problem.execution.communicator);
-  }
+  if (problem.engine) problem.engine->validate(problem);
   const double cells = cellVolume(problem), lumen = problem.physics.container->volume();
   if (cells >= lumen)
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +

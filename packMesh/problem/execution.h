@@ -19,8 +19,8 @@ struct Limits {
   /// it may take twice as long. After that, pack() ends within 5 s, or within 2 s per 100,000 cells if that
   /// is longer. 0: no limit.
   double maxSeconds = 0.0;
-  std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, for fitting all cells
-  std::int64_t sweepsForFew = 0;       ///< further sweeps if only few contacts are left then
+  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps, or iterations of an engine, for fitting all cells
+  std::int64_t sweepsForFew = 0;    ///< further sweeps if only few contacts are left then
   std::function<double()> clock = {};  ///< current time [s]; empty: the system clock
   /// If not feasible: whether to search for the densest packing of fewer cells. Otherwise pack() only reports
   /// that it did not succeed.
@@ -45,7 +45,7 @@ struct Execution {
   /// true stops the run.
   std::function<bool()> interrupted = {};
   std::function<void(const Progress&)> progress = {};
-  /// Called with every state that growth accepts: this rank's cells at their current scales.
+  /// Called with every state that an engine accepts: this rank's cells at their current scales.
   std::function<void(const std::vector<PlacedCell>&)> observe = {};
 };
 

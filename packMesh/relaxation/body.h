@@ -20,13 +20,13 @@ struct BodyState {
   double moved = 0.0;
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   double extraWallClearance = 0.0;  ///< added for cells that the exact test found misplaced [µm]
-  double stepTaken = 1.0;           ///< growth: the fraction of the last proposed step that was taken
+  double stepTaken = 1.0;           ///< engines: the fraction of the last proposed step that was taken
   std::int64_t id = 0;              ///< global, over all species
   int species = 0;
   int block = 0;
   bool deepInWall = false;  ///< was deep in the wall at the last test, so coarse samples suffice
   bool touched = false;     ///< moved since Relaxation::forgetTouched()
-  bool frozen = false;      ///< growth: does not move, and neighbours grow up to its surface
+  bool frozen = false;      ///< engines: does not move, and neighbours grow up to its surface
 
   Pose pose() const { return {scale, orientation, position}; }
 };

@@ -118,9 +118,9 @@ bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int6
   return false;
 }
 
-std::int64_t geometric(double first, double growth, std::int64_t number) {
+std::int64_t geometric(double first, double ratio, std::int64_t number) {
   return static_cast<std::int64_t>(
-      std::min(first * std::pow(growth, static_cast<double>(number)), longestPart));
+      std::min(first * std::pow(ratio, static_cast<double>(number)), longestPart));
 }
 
 /// Number of sweeps of a compaction before the cells are cooled.

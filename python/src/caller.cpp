@@ -154,7 +154,7 @@ Hooks Caller::hooks() {
   Hooks hooks;
   hooks.interrupted = [this] { return interrupted(); };
   hooks.progress = [this](const Progress& progress, ProgressLog& log) { tell(progress, log); };
-  hooks.convertsGrowth = false;
+  hooks.convertsFrames = false;
   return hooks;
 }
 

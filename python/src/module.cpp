@@ -19,6 +19,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
@@ -309,18 +310,18 @@ void save(const PythonPacking& packing, const Words& words, const fs::path& file
   });
 }
 
-/// The folder of the states of growth; nothing if there is none.
-std::optional<fs::path> growthFramesOf(const PythonPacking& packing) {
+/// The folder of the states of the engine; nothing if there is none.
+std::optional<fs::path> framesOf(const PythonPacking& packing) {
   const std::shared_ptr<const Problem>& problem = packing.held->packing.problem;
-  if (!problem || problem->request.output.growthFrames == 0) return {};
-  return problem->request.output.folder / "growth_frames";
+  if (!problem || problem->request.output.frames == 0) return {};
+  return StateFrames::folderIn(problem->request.output.folder);
 }
 
 void addPacking(py::module_& module) {
   py::class_<PythonPacking>(module, "Packing")
       .def_property_readonly("counts", &countsByName)
       .def_property_readonly("words", &wordsOf)
-      .def_property_readonly("growth_frames", &growthFramesOf)
+      .def_property_readonly("growth_frames", &framesOf)
       .def_property_readonly(
           "complete",
           [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })

@@ -25,6 +25,7 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/packing/pack.h"
 #include "tests/benchmark/kernels.h"
+#include "tests/support/cat.h"
 
 using namespace packmesh;
 
@@ -139,7 +140,9 @@ PackingProblem ovalCells(double fraction) {
 
 PackingProblem grown(double edge, double fraction) {
   PackingProblem problem = cube(edge, fraction);
-  problem.method.kind = Method::cat;
+#if PACKMESH_CAT
+  test::useCat(problem);
+#endif
   return problem;
 }
 
@@ -201,8 +204,8 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   f.fraction = result.certificate.cellVolume / problem.physics.container->volume();
   f.gap = result.certificate.minimumGap;
   f.placement = result.statistics.placementSeconds;
-  f.relaxation = result.statistics.relaxationSeconds + result.statistics.growthSeconds;
-  if (result.statistics.growth) f.sweeps = result.statistics.growth->iterations;
+  f.relaxation = result.statistics.relaxationSeconds + result.statistics.engineSeconds;
+  if (result.statistics.engine) f.sweeps = result.statistics.engine->iterations();
   f.certificate = result.statistics.certificateSeconds;
   f.outcome = static_cast<int>(result.outcome);
   return f;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Fixtures. CTest sets PYTHONPATH, PACKMESH_PROGRAM and PACKMESH_SOURCE."""
+"""Fixtures. CTest sets PYTHONPATH, PACKMESH_PROGRAM, PACKMESH_SOURCE and PACKMESH_CAT."""
 import os
 import pathlib
 import shutil
@@ -10,6 +10,8 @@ import pytest
 
 SOURCE = pathlib.Path(os.environ.get("PACKMESH_SOURCE", pathlib.Path(__file__).parents[2]))
 PROGRAM = pathlib.Path(os.environ.get("PACKMESH_PROGRAM", SOURCE / "build/bin/packMesh"))
+# For tests of method="cat", which a build may leave out (CMake: PACKMESH_CAT).
+needs_cat = pytest.mark.skipif(os.environ.get("PACKMESH_CAT") == "OFF", reason="built without the method cat")
 TUBE_CASE = """<hemocell><domain><dx> 5e-7 </dx><dt> 1e-7 </dt><rhoP> 1025 </rhoP><Nx> 60 </Nx><Ny> 40 </Ny><Nz> 40 </Nz><particleEnvelope> 20 </particleEnvelope>
 </domain><packing><container><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/></container></packing></hemocell>"""
 

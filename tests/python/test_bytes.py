@@ -5,7 +5,7 @@ import re
 import shutil
 
 import pytest
-from conftest import SOURCE, assert_same_cells, write_off
+from conftest import SOURCE, assert_same_cells, needs_cat, write_off
 
 import packmesh
 from packmesh import Cylinder, Region, Species
@@ -39,7 +39,7 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=needs_cat) if name == "cat" else name for name in PROBLEMS])
 def test_same_bytes(name, program, tmp_path):
     arguments, words = PROBLEMS[name]
     folder, _ = program(*words.split())
@@ -148,6 +148,7 @@ def test_realisations(program, tmp_path, pipe):
         assert_same_cells(tmp_path / f"case/realisation_{number}", tmp_path / "python")
 
 
+@needs_cat
 def test_growth_frames(program, tmp_path):
     folder, _ = program("--cylinder", "x", 6, 20, "--rbc", 6, "--method", "cat", "--growth-frames", 20)
     packmesh.pack(cylinder=("x", 6, 20), species={"RBC": 6}, method="cat", growth_frames=20, output_dir=tmp_path / "python")

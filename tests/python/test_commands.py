@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import packmesh
 import pytest
-from conftest import PROGRAM, SOURCE
+from conftest import PROGRAM, SOURCE, needs_cat
 from packmesh.packing_file import PackingFile
 
 BOX = ["20", "20", "20", "--rbc", "10", "--walls", "xyz"]
@@ -108,6 +108,7 @@ def test_a_signal_ends_both(alone, tmp_path):
     assert sorted(file.name for file in (tmp_path / "work").iterdir()) == ["RBC.pos"]
 
 
+@needs_cat
 def test_where_it_is_missing_states_of_growth_are_kept_for_it(alone, tmp_path):
     words = "--cylinder x 6 12 --rbc 3 --method cat --growth-frames 4".split()
     done = alone(*words)

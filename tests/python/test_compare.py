@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import needs_cat
 
 TUBE = "--cylinder x 8 20 --hematocrit 0.25 --report report.json".split()
 
@@ -134,6 +135,7 @@ def test_markup(three):
     assert data["title"] == "3 realisations: " + text
 
 
+@needs_cat
 def test_other_problems(three, program):
     folder, names, _, _ = three
     others = {"lumen": "--cylinder x 9 20 --hematocrit 0.25", "species": "--cylinder x 8 20 --rbc 10 --wbc 1",
@@ -186,6 +188,7 @@ def test_fewer_cells(program):
     assert "minimum gap to the wall" not in text
 
 
+@needs_cat
 def test_growth(program):
     folder, _ = program(*"--sphere 10 --rbc 8 --method cat --realisations 2 --report report.json".split())
     names = [f"realisation_{i}/report.json" for i in (1, 2)]

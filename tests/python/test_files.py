@@ -5,7 +5,7 @@ import tempfile
 
 import numpy as np
 import pytest
-from conftest import assert_same_cells
+from conftest import assert_same_cells, needs_cat
 
 import packmesh
 from packmesh import Species
@@ -20,7 +20,7 @@ PACKINGS = {
 }
 
 
-@pytest.mark.parametrize("name", PACKINGS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=needs_cat) if name == "cat" else name for name in PACKINGS])
 def test_save_and_load(name, tmp_path, monkeypatch):
     packing = packmesh.pack(**PACKINGS[name])
     packing.save(tmp_path / "cells.h5")

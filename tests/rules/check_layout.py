@@ -6,6 +6,7 @@
 - In that list, the engines and what judges and measures their results stand before packing/, which calls them.
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines.
+- What the wing cat/ consists of is named in at most 20 lines of the rest of the tree.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
 """
 import pathlib
@@ -13,8 +14,8 @@ import re
 import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
-ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement", "cat")]
-MOST_LINES = 600
+ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement")]
+MOST_LINES, MOST_WING_LINES = 600, 20
 faults = []
 
 
@@ -108,6 +109,15 @@ def check_lengths():
             faults.append(f"{path} has {lines} lines, more than {MOST_LINES}")
 
 
+def check_wing():
+    names = re.compile(r"(?<![a-z])(growth|escape(?!d)|tetrahedr|tetgen|cat_?cells)", re.I)
+    lines = [f"{path.relative_to(ROOT)}:{number}" for top in ("packMesh", "hemocell_adapter", "python/src")
+             for path in sorted((ROOT / top).rglob("*")) if path.is_file() and "cat" not in path.relative_to(ROOT).parts
+             for number, line in enumerate(path.read_text().splitlines(), 1) if names.search(line)]
+    if len(lines) > MOST_WING_LINES:
+        faults.append(f"{len(lines)} lines outside of cat/ name its parts, more than {MOST_WING_LINES}: {', '.join(lines)}")
+
+
 def check_tolerances():
     """Comments count on the line, or above a group of definitions."""
     for path in sources():
@@ -130,6 +140,7 @@ check_includes()
 check_cycles()
 check_classes()
 check_lengths()
+check_wing()
 check_tolerances()
 print("\n".join(faults))
 print(f"{len(faults)} breaches of the rules in docs/contributing.md")

@@ -7,6 +7,7 @@ rm -rf "$scratch"
 mkdir -p "$scratch"
 for fragment in "$config/packing.xml" "$config"/packing/*.xml; do
   name=$(basename "$fragment" .xml)
+  [[ $name == growth && ${PACKMESH_CAT:-} == OFF ]] && continue
   case=$scratch/$name
   example=white_cells more=()
   [[ $name == walls ]] && example=planes

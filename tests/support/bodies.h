@@ -7,6 +7,7 @@
 #include <random>
 
 #include "packMesh/container/vessel.h"
+#include "tests/support/cat.h"
 #include "tests/support/packings.h"
 
 namespace packmesh::test {
@@ -90,7 +91,7 @@ inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, std:
                              {"torus", shape(sample::torus(Vec3::Zero(), 2.0, 0.8, 20, 10)), each, nullptr},
                              {"sickle", shape(sickle()), each, nullptr}};
   problem.physics.container = std::move(container);
-  problem.method.kind = Method::cat;
+  useCat(problem);
   return problem;
 }
 

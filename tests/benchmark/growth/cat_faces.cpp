@@ -24,12 +24,12 @@ void packBox(double edge, double fraction, int threads, const Options& options) 
     cpu += watch.cpu();
     certified += result.outcome == Outcome::certified;
     cells = static_cast<std::int64_t>(result.cells.size());
-    iterations += result.statistics.growth->iterations;
-    overlaps += result.statistics.growth->stepHalving.violatingPairs;
-    runs += result.statistics.tetrahedra->runs;
-    failures += result.statistics.tetrahedra->failures;
-    tetrahedra += result.statistics.tetrahedra->tetrahedraSeconds;
-    faces += result.statistics.tetrahedra->faceSeconds;
+    iterations += result.statistics.engine->iterations();
+    overlaps += test::catStatistics(result).growth.stepHalving.violatingPairs;
+    runs += test::catStatistics(result).tetrahedra->runs;
+    failures += test::catStatistics(result).tetrahedra->failures;
+    tetrahedra += test::catStatistics(result).tetrahedra->tetrahedraSeconds;
+    faces += test::catStatistics(result).tetrahedra->faceSeconds;
   }
   const double n = options.seeds;
   fmt::print(

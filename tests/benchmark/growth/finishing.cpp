@@ -29,21 +29,21 @@ void escapeFrom(const Options& options) {
       for (Species& species : problem.physics.species)
         species.count = std::llround(0.5 / 5.0 * lumen->volume() / species.shape->volume());
       problem.physics.seed = static_cast<std::uint64_t>(seed);
-      problem.method.escape.emplace();
-      problem.method.escape->reserve.assign(problem.physics.species.size(), 3);
+      EscapeSettings& escape = test::useCat(problem).escape.emplace();
+      escape.reserve.assign(problem.physics.species.size(), 3);
       problem.physics.species.push_back(
           {"small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0, nullptr});
-      problem.method.escape->reserve.push_back(20);
+      escape.reserve.push_back(20);
       const PackingResult result = pack(problem);
       const std::int64_t states = checkStates(problem);
       double before = 0.0;
-      for (const EscapePhase& p : result.statistics.escape) {
+      for (const EscapePhase& p : test::catStatistics(result).escape) {
         fmt::print("| {} | {} | {} | {:.4f}{} | {} | {} | {} | {} | {:.2f} | {} |\n", name, seed, p.name,
                    p.coverage, p.coverage < before - 1e-12 ? " LOWER" : "", p.cells, p.full, p.tried,
                    p.changed, p.seconds,
-                   &p != &result.statistics.escape.back() ? ""
-                   : states < 0                           ? "NOT ALL VALID"
-                                                          : fmt::format("all {} valid", states));
+                   &p != &test::catStatistics(result).escape.back() ? ""
+                   : states < 0                                     ? "NOT ALL VALID"
+                                                                    : fmt::format("all {} valid", states));
         before = p.coverage;
       }
       std::fflush(stdout);

@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "packMesh/cat/cat_engine.h"
 #include "packMesh/cat/cat_face_planes.h"
 #include "packMesh/cat/growth.h"
-#include "packMesh/packing/growth_stage.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

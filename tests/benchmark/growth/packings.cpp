@@ -24,7 +24,7 @@ void print(const GrownPacking& packing, const Options& options) {
     problem.physics.seed = static_cast<std::uint64_t>(seed);
     PackingResult result;
     seconds += timeOf([&] { result = pack(problem); });
-    const GrowthStatistics& g = *result.statistics.growth;
+    const GrowthStatistics& g = test::catStatistics(result).growth;
     certified += result.outcome == Outcome::certified;
     cells = static_cast<std::int64_t>(result.cells.size());
     fraction = result.certificate.cellVolume / problem.physics.container->volume();

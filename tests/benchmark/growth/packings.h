@@ -11,6 +11,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/benchmark/growth/cases.h"
+#include "tests/support/cat.h"
 
 namespace packmesh::benchmark {
 
@@ -39,8 +40,7 @@ inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t cou
   PackingProblem problem;
   problem.physics.species = {{"cell", std::move(shape), count, nullptr}};
   problem.physics.container = std::move(container);
-  problem.method.kind = Method::cat;
-  problem.method.planeSource = planeSource;
+  test::useCat(problem).planeSource = planeSource;
   return problem;
 }
 

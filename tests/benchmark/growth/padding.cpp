@@ -19,12 +19,13 @@ std::string measure(double rotation, double padding) {
   for (int seed = 1; seed <= seeds; ++seed) {
     PackingProblem problem = grownInBox(edge, fraction);
     problem.physics.seed = static_cast<std::uint64_t>(seed);
-    problem.method.growth.rotationBound = rotation;
-    problem.method.growth.padding = padding;
-    problem.method.growth.relaxationSweeps = 0;
-    problem.method.growth.maxIterations = 150;
+    GrowthSettings& growth = test::useCat(problem).growth;
+    growth.rotationBound = rotation;
+    growth.padding = padding;
+    growth.relaxationSweeps = 0;
+    growth.maxIterations = 150;
     const PackingResult result = pack(problem);
-    const GrowthStatistics& g = *result.statistics.growth;
+    const GrowthStatistics& g = test::catStatistics(result).growth;
     certified += result.outcome == Outcome::certified;
     pairs += static_cast<double>(g.stepHalving.violatingPairs);
     stayed += static_cast<double>(g.stepHalving.stayed);

@@ -71,7 +71,7 @@ TEST_CASE("The packing section is read from config.xml", "[case]") {
   CHECK(s.fluidVolume == true);
   CHECK(s.redCellVolume == 97.0);
   CHECK(s.seed == 7u);
-  CHECK(s.method == packmesh::Method::cat);
+  CHECK(s.method == Method::cat);
   CHECK(s.clearance == 0.1);
   CHECK(s.wallClearance == 0.2);
   CHECK(s.rotate == false);
@@ -93,10 +93,10 @@ TEST_CASE("The packing section is read from config.xml", "[case]") {
   CHECK(*s.species[4].meshFile == config.folder / "odd.stl");
   CHECK(s.species[5].ellipsoidAxes == Vec3(1, 2, 3));
   REQUIRE(s.states("growth"));
-  CHECK(s.growth.padding == 0.5);
-  CHECK(s.growth.barriers == std::vector<double>{0.5, 1.0});
-  CHECK(s.growth.maxIterations == 7);
-  CHECK_FALSE(s.growth.centring);
+  CHECK(s.cat.growth.padding == 0.5);
+  CHECK(s.cat.growth.barriers == std::vector<double>{0.5, 1.0});
+  CHECK(s.cat.growth.maxIterations == 7);
+  CHECK_FALSE(s.cat.growth.centring);
   REQUIRE(s.container);
   CHECK(s.container->lumen->size == Vec3(50, 40, 30));
   CHECK(s.container->lumen->origin == Vec3(1, 2, 3));

@@ -3,12 +3,14 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "hemocell_adapter/settings/request.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
+using packmesh::hemocell::hasCat;
 namespace fs = std::filesystem;
 
 namespace {
@@ -131,7 +133,8 @@ TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodi
   CHECK(fixed.exitCode == 0);
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 
-  const Ran grown = run(folder.path(), "config.xml --rbc 3 --plt 2 --method cat");
+  const Ran grown =
+      run(folder.path(), std::string("config.xml --rbc 3 --plt 2") + (hasCat() ? " --method cat" : ""));
   INFO(grown.all());
   CHECK(grown.exitCode == 0);
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);

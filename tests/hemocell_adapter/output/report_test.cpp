@@ -97,7 +97,7 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
     }
   CHECK(all["walls"] == "none");
   CHECK(all["ends"] == "closed");
-  for (const auto& parameter : growthParameters()) {
+  for (const auto& parameter : catParameters()) {
     problem.request.method = Method::cat;
     INFO(parameter.name);
     CHECK(configurationOf(problem, problem.request.output, {})["growth"].contains(parameter.name));

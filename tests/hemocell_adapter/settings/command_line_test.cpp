@@ -58,13 +58,14 @@ TEST_CASE("Every option of packCells is accepted", "[command_line]") {
 
 TEST_CASE("Methods and sources of planes are selected by name", "[command_line]") {
   CHECK(!parse("9 9 9 --rbc 1").options().states("method"));
-  CHECK(parse("9 9 9 --rbc 1 --method cat").options().method == packmesh::Method::cat);
-  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").options().method == packmesh::Method::relaxation);
-  CHECK(parse("9 9 9 --rbc 1 --builder chords").options().planeSource == packmesh::PlaneSource::chords);
-  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").options().planeSource == packmesh::PlaneSource::catFaces);
+  CHECK(parse("9 9 9 --rbc 1 --method cat").options().method == Method::cat);
+  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").options().method == Method::relaxation);
+  CHECK(parse("9 9 9 --rbc 1 --builder chords").options().cat.planeSource == packmesh::PlaneSource::chords);
+  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").options().cat.planeSource ==
+        packmesh::PlaneSource::catFaces);
   CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").options(),
                     Contains("--builder") && Contains("chords") && Contains("cat-faces"));
-  CHECK(parse("9 9 9 --rbc 1 --escape").options().escape == true);
+  CHECK(parse("9 9 9 --rbc 1 --escape").options().cat.usesReserve());
   CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").options(), Contains("cat"));
 }
 
@@ -150,7 +151,7 @@ TEST_CASE("Defaults are values that can be stated", "[command_line]") {
     CAPTURE(setting.option, setting.tag, setting.fallback);
     if (!setting.values.empty() && setting.values[0].kind == Kind::boolean) CHECK(isTruth(setting.fallback));
   }
-  for (const auto& parameter : growthParameters()) {
+  for (const auto& parameter : catParameters()) {
     CAPTURE(parameter.name, parameter.fallback);
     if (parameter.value.kind == Kind::boolean) CHECK(isTruth(parameter.fallback));
   }

@@ -8,6 +8,7 @@
 #include "packMesh/certificate/certify.h"
 #include "tests/packMesh/cat/escape_scene.h"
 #include "tests/support/bodies.h"
+#include "tests/support/cat.h"
 #include "tests/support/growing.h"
 
 using namespace packmesh;
@@ -201,19 +202,20 @@ TEST_CASE("Escapes in several blocks gain coverage in every phase and share the 
 
 TEST_CASE("No phase of an escape of a mixture in a vase lowers the coverage, and all states are valid") {
   PackingProblem problem = test::mixtureIn(test::vase(), 9);
-  problem.method.growth.maxIterations = 20;
-  problem.method.growth.giveUpAfter = 1;
-  problem.method.escape.emplace();
-  problem.method.escape->orientations = 1;
-  problem.method.escape->swapRounds = 1;
-  problem.method.escape->groupSize = 6;
-  problem.method.escape->holes = 4;
-  problem.method.escape->reserve = {1, 1, 1, 1, 1};
+  CatSettings& cat = test::useCat(problem);
+  cat.growth.maxIterations = 20;
+  cat.growth.giveUpAfter = 1;
+  cat.escape.emplace();
+  cat.escape->orientations = 1;
+  cat.escape->swapRounds = 1;
+  cat.escape->groupSize = 6;
+  cat.escape->holes = 4;
+  cat.escape->reserve = {1, 1, 1, 1, 1};
   problem.execution.observe = [&](const std::vector<PlacedCell>& cells) {
     REQUIRE(certify(certificateInputOf(problem.physics, cells), 1e-3).clean());
   };
   const PackingResult result = pack(problem);
-  const std::vector<EscapePhase>& phases = result.statistics.escape;
+  const std::vector<EscapePhase>& phases = test::catStatistics(result).escape;
   REQUIRE(phases.size() == 6);
   for (std::size_t k = 1; k < phases.size(); ++k) CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
   CHECK(phases.back().coverage > phases.front().coverage);

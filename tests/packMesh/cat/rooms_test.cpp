@@ -45,7 +45,7 @@ TEST_CASE("Local growth enlarges a cell up to the surfaces of its fixed neighbou
     std::vector<Body> state = packed.state;
     state[3].scale = 0.7;
     const std::vector<Body> before = state;
-    LocalGrowth growth(packed.problem.physics, packed.execution, packed.problem.method.growth,
+    LocalGrowth growth(packed.problem.physics, packed.execution, GrowthSettings(),
                        packed.factory(planeSource));
     GrowthStatistics statistics;
     CHECK(growth.grow({3}, {}, state, statistics));

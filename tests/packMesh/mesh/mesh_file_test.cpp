@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_file.h"
 
+#if PACKMESH_CAT
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#endif
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -234,6 +236,7 @@ TEST_CASE("readMesh reads PLY with properties and comments of any kind, text and
   }
 }
 
+#if PACKMESH_CAT
 // Why packMesh has readers of its own (polygon_soup.h). If this fails, OpenMesh's may be good enough by now.
 TEST_CASE("OpenMesh's readers round coordinates, leave out faces and accept damage", "[.][openmesh]") {
   struct Traits : OpenMesh::DefaultTraits {
@@ -263,6 +266,7 @@ TEST_CASE("OpenMesh's readers round coordinates, leave out faces and accept dama
   const std::string stl = binaryStl(mesh);
   CHECK(read(folder.write("truncated.stl", stl.substr(0, 400))).n_faces() == 0);
 }
+#endif
 
 TEST_CASE("readMesh reads text STL as other programs write it", "[io]") {
   const Folder folder;

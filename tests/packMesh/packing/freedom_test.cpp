@@ -11,6 +11,7 @@
 #include "packMesh/container/depth_shell.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
+#include "tests/support/engines.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -28,14 +29,14 @@ bool same(const Pose& a, const Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
 
-/// Both methods keep all constraints.
-Method::Kind anyMethod() {
-  return GENERATE(Method::relaxation, Method::cat);
+/// Both methods keep all constraints: nullptr is relaxation.
+std::shared_ptr<const Engine> anyEngine() {
+  return GENERATE(from_range(test::engines()));
 }
 
 /// Sweeps or iterations that it took.
 std::int64_t effort(const PackingResult& result) {
-  return result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps;
+  return result.statistics.effort();
 }
 
 PackingResult certified(const PackingProblem& problem) {
@@ -61,7 +62,7 @@ TEST_CASE("An axis is rotated into its cone by the smallest angle") {
 }
 
 TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
-  const Method::Kind method = anyMethod();
+  const std::shared_ptr<const Engine> engine = anyEngine();
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
     const PackingResult first = certified(problem);
@@ -73,7 +74,7 @@ TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
     fixed.freedom.fixed = true;
     others.count = 45;
     problem.physics.species = {fixed, others};
-    problem.method.kind = method;
+    problem.engine = engine;
     const PackingResult result = certified(problem);
     REQUIRE(result.cellCount == 75);
     for (std::size_t i = 0; i < kept; ++i) CHECK(same(result.poses[i], fixed.start[i]));
@@ -89,7 +90,7 @@ TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are
   fixed.freedom.fixed = true;
   others.count = 15;
   problem.physics.species = {fixed, others};
-  problem.method.kind = anyMethod();
+  problem.engine = anyEngine();
   problem.execution.limits.maxSweeps = 60;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
@@ -137,7 +138,7 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
 TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
   const PackingResult first = certified(problem);
-  problem.method.kind = anyMethod();
+  problem.engine = anyEngine();
   problem.physics.species[0].start = first.poses;
   const PackingResult again = certified(problem);
   CHECK(effort(again) == 0);
@@ -159,7 +160,7 @@ TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one
 }
 
 TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {
-  const Method::Kind method = anyMethod();
+  const std::shared_ptr<const Engine> engine = anyEngine();
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
     const auto lumen = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, true));
@@ -180,7 +181,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     base.count = 12;
     base.freedom.region = right;
     problem.physics.species.push_back(base);
-    problem.method.kind = method;
+    problem.engine = engine;
     const PackingResult result = certified(problem);
     CHECK(result.certificate.minimumWallGap >= 1.5);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {

@@ -7,6 +7,9 @@
 
 #include "packMesh/container/primitives.h"
 #include "tests/support/packings.h"
+#if PACKMESH_CAT
+#include "tests/support/cat.h"
+#endif
 
 using namespace packmesh;
 using test::mixtureIn;
@@ -133,46 +136,48 @@ TEST_CASE("All ranks save the same state of cells under repair", "[mpi]") {
   REQUIRE(repairs > 0);
 }
 
+#if PACKMESH_CAT
 TEST_CASE("Method cat gives the same packing on any number of ranks", "[mpi]") {
   SECTION("planes from chords") {
     PackingProblem problem =
         mixtureIn(makeBox({Vec3::Zero(), Vec3(30, 25, 25)}, {true, true, true}), 0.3, 10);
-    problem.method.kind = Method::cat;
+    test::useCat(problem);
     requireSameOnAllRanks(problem);
   }
   SECTION("at walls") {
     PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 8.0, 40.0, false), 0.2, 2);
-    problem.method.kind = Method::cat;
+    test::useCat(problem);
     problem.physics.wallClearance = 0.1;
     requireSameOnAllRanks(problem);
   }
   SECTION("barriers where cells are relaxed") {
     std::int64_t relaxations = 0;
     PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-    problem.method.kind = Method::cat;
-    requireSameOnAllRanks(
-        problem, [&](const PackingResult& result) { relaxations += result.statistics.growth->relaxations; });
+    test::useCat(problem);
+    requireSameOnAllRanks(problem, [&](const PackingResult& result) {
+      relaxations += test::catStatistics(result).growth.relaxations;
+    });
     REQUIRE(relaxations > 0);
   }
   SECTION("planes from CAT faces") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 8.0), 0.15, 4);
-    problem.method.kind = Method::cat;
-    problem.method.planeSource = PlaneSource::catFaces;
+    test::useCat(problem).planeSource = PlaneSource::catFaces;
     requireSameOnAllRanks(problem);
   }
   SECTION("escaping") {
     std::int64_t changed = 0;
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 5.5), 0.59, 1);
-    problem.method.kind = Method::cat;
-    problem.method.escape.emplace();
-    problem.method.growth.maxIterations = 12;
-    problem.method.growth.attempts = 1;
+    CatSettings& cat = test::useCat(problem);
+    cat.escape.emplace();
+    cat.growth.maxIterations = 12;
+    cat.growth.attempts = 1;
     requireSameOnAllRanks(problem, [&](const PackingResult& result) {
-      for (const EscapePhase& phase : result.statistics.escape) changed += phase.changed;
+      for (const EscapePhase& phase : test::catStatistics(result).escape) changed += phase.changed;
     });
     REQUIRE(changed > 0);
   }
 }
+#endif
 
 TEST_CASE("An interruption of one rank ends all ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.5, 8);

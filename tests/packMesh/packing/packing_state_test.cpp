@@ -13,6 +13,9 @@
 #include "packMesh/packing/state_file.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
+#if PACKMESH_CAT
+#include "tests/support/cat.h"
+#endif
 
 using namespace packmesh;
 using test::mixtureIn;
@@ -44,7 +47,7 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Stage stage = states[i].position.stage;
     const int seen = stages.ofStage[static_cast<int>(stage)]++;
-    stages.attempts = std::max(stages.attempts, states[i].growth.attempt + 1);
+    stages.attempts = std::max(stages.attempts, states[i].engine.counters[0] + 1);
     stages.annealing += states[i].position.schedule.part > 0;
     const bool newPart = before && before->position.schedule.part != states[i].position.schedule.part;
     before = &states[i];
@@ -97,22 +100,24 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(seen.annealing > 1);
   }
+#if PACKMESH_CAT
   SECTION("growth") {
     PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-    problem.method.kind = Method::cat;
-    REQUIRE(of(requireSameWayFromAnyState(problem), Stage::growth) > 5);
+    test::useCat(problem);
+    REQUIRE(of(requireSameWayFromAnyState(problem), Stage::engine) > 5);
   }
   SECTION("growth with tetrahedra, and attempts in vain") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.62, 5);
-    problem.method.kind = Method::cat;
-    problem.method.planeSource = PlaneSource::catFaces;
+    CatSettings& cat = test::useCat(problem);
+    cat.planeSource = PlaneSource::catFaces;
     problem.execution.limits.maxSweeps = 100;
-    problem.method.growth.maxIterations = 4;
-    problem.method.escape.emplace();
+    cat.growth.maxIterations = 4;
+    cat.escape.emplace();
     const Seen seen = requireSameWayFromAnyState(problem);
-    REQUIRE(of(seen, Stage::growth) > 4);
+    REQUIRE(of(seen, Stage::engine) > 4);
     REQUIRE(seen.attempts > 1);
   }
+#endif
 }
 
 TEST_CASE("An interrupted run leaves the last saved state") {
@@ -188,19 +193,21 @@ TEST_CASE("Only cells of a result are measured") {
   }
 }
 
+#if PACKMESH_CAT
 TEST_CASE("Infeasible growth continues with higher limits") {
   PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.3, 3);
-  problem.method.kind = Method::cat;
+  test::useCat(problem);
   const PackingResult whole = pack(problem);
   REQUIRE(whole.outcome == Outcome::certified);
   PackingState last;
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
-  problem.execution.limits.maxSweeps = whole.statistics.growth->iterations / 2;
+  problem.execution.limits.maxSweeps = whole.statistics.effort() / 2;
   REQUIRE(pack(problem).outcome == Outcome::outOfReach);
   problem.resume = last;
   problem.execution.limits = {};
   REQUIRE(test::sameBits(pack(problem), whole));
 }
+#endif
 
 TEST_CASE("A run can be interrupted in any stage and leaves a state of that stage") {
   // False when the run had no such stage.
@@ -227,9 +234,11 @@ TEST_CASE("A run can be interrupted in any stage and leaves a state of that stag
   for (std::uint64_t seed = 1; seed <= 4; ++seed)
     repaired += interruptedIn(mixtureIn(longBox(), 0.55, seed), Stage::repair);
   CHECK(repaired > 0);
+#if PACKMESH_CAT
   PackingProblem grown = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-  grown.method.kind = Method::cat;
-  CHECK(interruptedIn(grown, Stage::growth));
+  test::useCat(grown);
+  CHECK(interruptedIn(grown, Stage::engine));
+#endif
 }
 
 TEST_CASE("Problems are distinguished by everything that determines the packing and by nothing else") {
@@ -261,7 +270,9 @@ TEST_CASE("Problems are distinguished by everything that determines the packing 
 TEST_CASE("A run continued from any readable state ends with a certificate") {
   const bool growing = GENERATE(false, true);
   PackingProblem problem = mixtureIn(test::periodicCube(growing ? 14.0 : 20.0), growing ? 0.3 : 0.5, 3);
-  if (growing) problem.method.kind = Method::cat;
+#if PACKMESH_CAT
+  if (growing) test::useCat(problem);
+#endif
   problem.execution.limits.maxSweeps = 400;
   std::vector<PackingState> states;
   problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { states.push_back(s); }};
@@ -320,19 +331,19 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
         s.cells.erase(s.cells.begin() + static_cast<std::ptrdiff_t>(random() % s.cells.size()));
         --s.cellCount;
       },
-      [&](PackingState& s) { s.growth.attempt = number(); },
-      [&](PackingState& s) { s.growth.iterations = number(); },
-      [&](PackingState& s) { s.growth.progress.barrier = number(); },
-      [&](PackingState& s) { s.growth.progress.iteration = number(); },
-      [&](PackingState& s) { s.growth.progress.since = number(); },
-      [&](PackingState& s) { s.growth.progress.failures = number(); },
-      [&](PackingState& s) { s.growth.progress.sweeps = length(); },
-      [&](PackingState& s) { s.growth.progress.reference = number(); },
-      [&](PackingState& s) { cell(s).stepTaken = length(); },
-      [&](PackingState& s) { s.growth.best.assign(2, cell(s)); },
+      [&](PackingState& s) { s.engine.iterations = number(); },
+      [&](PackingState& s) { s.engine.counters[random() % 5] = number(); },
       [&](PackingState& s) {
-        s.growth.best.assign(2, cell(s));
-        s.growth.best[1].species = static_cast<int>(random() % 4) - 1;
+        s.engine.numbers = {length(), 0.0};
+      },
+      [&](PackingState& s) {
+        s.engine.numbers = {0.0, static_cast<double>(number())};
+      },
+      [&](PackingState& s) { cell(s).stepTaken = length(); },
+      [&](PackingState& s) { s.engine.best.assign(2, cell(s)); },
+      [&](PackingState& s) {
+        s.engine.best.assign(2, cell(s));
+        s.engine.best[1].species = static_cast<int>(random() % 4) - 1;
       },
   };
   const test::TemporaryFolder folder;

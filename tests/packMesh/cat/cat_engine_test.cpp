@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/packing/growth_stage.h"
+#include "packMesh/cat/cat_engine.h"
 
 #include <catch2/catch.hpp>
 
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/bodies.h"
+#include "tests/support/cat.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -14,7 +15,7 @@ namespace {
 
 PackingProblem grown(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed = 1) {
   PackingProblem problem = test::redCellProblem(std::move(container), fraction, seed);
-  problem.method.kind = Method::cat;
+  test::useCat(problem);
   return problem;
 }
 
@@ -57,9 +58,9 @@ TEST_CASE("Method cat packs periodic boxes, cylinders and spheres") {
     const PackingProblem problem = grown(container, 0.35);
     const PackingResult result = pack(problem);
     checkAll(problem, result);
-    REQUIRE(result.statistics.growth);
-    CHECK(result.statistics.growth->iterations > 0);
-    CHECK(result.statistics.growthSeconds > 0.0);
+    REQUIRE(result.statistics.engine);
+    CHECK(result.statistics.engine->iterations() > 0);
+    CHECK(result.statistics.engineSeconds > 0.0);
   }
 }
 
@@ -102,13 +103,14 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
   for (const auto& [container, fraction] : lumens) {
     CAPTURE(container->describe());
     PackingProblem problem = grown(container, fraction);
-    problem.method.planeSource = PlaneSource::catFaces;
+    test::useCat(problem).planeSource = PlaneSource::catFaces;
     const PackingResult result = pack(problem);
     checkAll(problem, result);
-    REQUIRE(result.statistics.tetrahedra);
-    CHECK(result.statistics.tetrahedra->runs > 0);
-    CHECK(result.statistics.tetrahedra->attempts >= result.statistics.tetrahedra->runs);
-    CHECK(result.statistics.tetrahedra->failures == 0);
+    const std::optional<TetrahedraSums>& sums = test::catStatistics(result).tetrahedra;
+    REQUIRE(sums);
+    CHECK(sums->runs > 0);
+    CHECK(sums->attempts >= sums->runs);
+    CHECK(sums->failures == 0);
   }
 }
 
@@ -135,16 +137,17 @@ TEST_CASE("Method cat grows single objects into thin copies of themselves") {
     PackingProblem problem;
     problem.physics.species = {{"object", std::make_shared<const Shape>(mesh), 1, nullptr}};
     problem.physics.container = makeVessel(around, {}, 0.2);
-    problem.method.kind = Method::cat;
+    test::useCat(problem);
     checkAll(problem, pack(problem));
   }
 }
 
 TEST_CASE("Method cat gives the densest certified packing of full-size cells when not all of them fit") {
   PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
-  problem.method.growth.maxIterations = 15;
-  problem.method.growth.relaxationSweeps = 100;
-  problem.method.growth.attempts = 1;
+  GrowthSettings& growth = test::useCat(problem).growth;
+  growth.maxIterations = 15;
+  growth.relaxationSweeps = 100;
+  growth.attempts = 1;
   const PackingResult result = pack(problem);
   CHECK(result.outcome == Outcome::outOfReach);
   CHECK(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
@@ -159,7 +162,7 @@ TEST_CASE("Method cat keeps limits and can be interrupted") {
   problem.execution.limits.fewerCells = false;
   const PackingResult limited = pack(problem);
   CHECK(limited.outcome == Outcome::outOfReach);
-  CHECK(limited.statistics.growth->iterations == 4);
+  CHECK(limited.statistics.engine->iterations() == 4);
   int seen = 0;
   problem.execution.limits = {};
   problem.execution.progress = [&](const Progress& progress) {
@@ -176,7 +179,7 @@ TEST_CASE("Method cat keeps limits and can be interrupted") {
 
 TEST_CASE("Method cat does not succeed where cells overlap even at the initial scale") {
   PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
-  problem.method.growth.initialScale = 0.99;
+  test::useCat(problem).growth.initialScale = 0.99;
   problem.execution.limits.fewerCells = false;
   const PackingResult result = pack(problem);
   CHECK(result.outcome == Outcome::outOfReach);

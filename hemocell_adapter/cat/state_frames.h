@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/packing/packing_problem.h"
 
 namespace packmesh::hemocell {
@@ -13,14 +14,19 @@ namespace packmesh::hemocell {
 /// Writes the states to a folder, as state_<number>.h5 (packing_file.h, with `scale`), and with up to
 /// `mostWithCatCells` cells cat_cells_<number>.h5 (hdf5_meshes.h): the cells of the chordal axis transform in
 /// which they grow. The command packmesh makes the series of them.
-class GrowthFrames {
+class StateFrames {
  public:
   /// CAT cells of more cells would take longer than growth.
   static constexpr std::int64_t mostWithCatCells = 300;
 
   /// Removes files of earlier series. References the problem, which must outlive it. All ranks call.
-  /// @param every which states are written: the first one and every so many after it
-  GrowthFrames(const PackingProblem& problem, std::filesystem::path folder, std::int64_t every);
+  /// @param output which states are written, and where: the first one and every so many after it
+  StateFrames(const PackingProblem& problem, const OutputRequest& output);
+
+  /// Folder of the series among the outputs.
+  static std::filesystem::path folderIn(const std::filesystem::path& outputs) {
+    return outputs / "growth_frames";
+  }
 
   /// To be called with this rank's cells of every state. All ranks call.
   /// @throws AgreedFailure on all ranks if a file cannot be written

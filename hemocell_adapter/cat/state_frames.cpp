@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/cat/growth_frames.h"
+#include "hemocell_adapter/cat/state_frames.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/cat/cat.h"
 #include "hemocell_adapter/output/python_command.h"
 #include "hemocell_adapter/output/shared_files.h"
-#include "packMesh/cat/cat_cells.h"
-#include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/packing/packing_file.h"
 
@@ -22,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool isState(const fs::path& file) {
+bool isFrame(const fs::path& file) {
   const std::string name = file.filename().string();
   return file.extension() == ".h5" && (name.rfind("state_", 0) == 0 || name.rfind("cat_cells_", 0) == 0);
 }
@@ -47,42 +45,20 @@ PackingTables tablesOf(const std::vector<PlacedCell>& own, const PackingProblem&
   return tables;
 }
 
-/// The CAT cells in the order of the cells; none if TetGen fails.
-std::vector<NamedMesh> catCellsOf(const std::vector<PlacedCell>& all, const Physics& physics) {
-  TetrahedraInput input;
-  for (const PlacedCell& cell : all)
-    input.objects.push_back({&physics.species[cell.species].shape->hierarchy(), cell.placement});
-  std::optional<MeshHierarchy> lumen;
-  if (physics.container->wall()) lumen.emplace(physics.container->surface());
-  input.container = lumen ? &*lumen : nullptr;
-  input.period = physics.container->period();
-  input.bounds = physics.container->bounds();
-  input.explain = false;
-  std::vector<NamedMesh> meshes;
-  try {
-    const CatCells cells = catCells(tetrahedralise(input), WallFaces::atWall);
-    for (std::size_t i = 0; i < cells.cells.size(); ++i)
-      meshes.push_back({std::to_string(i), cells.cells[i], "cell"});
-  } catch (const std::runtime_error&) {  // TetGen failed, or the lumen's surface touches a cell
-    meshes.clear();
-  }
-  return meshes;
-}
-
 }  // namespace
 
-GrowthFrames::GrowthFrames(const PackingProblem& problem, fs::path folder, std::int64_t every)
-    : problem_(problem), folder_(std::move(folder)), every_(every) {
+StateFrames::StateFrames(const PackingProblem& problem, const OutputRequest& output)
+    : problem_(problem), folder_(folderIn(output.folder)), every_(output.frames) {
   const Communicator& ranks = problem_.execution.communicator;
   SharedFiles(ranks).makeFolder(folder_);
   onFirstRank(ranks, [&] {
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder_, ignored))
-      if (isState(entry.path())) fs::remove(entry.path(), ignored);
+      if (isFrame(entry.path())) fs::remove(entry.path(), ignored);
   });
 }
 
-void GrowthFrames::add(const std::vector<PlacedCell>& own) {
+void StateFrames::add(const std::vector<PlacedCell>& own) {
   const std::int64_t state = states_++;
   if (state % every_ != 0) return;
   const Communicator& ranks = problem_.execution.communicator;
@@ -100,7 +76,7 @@ void GrowthFrames::add(const std::vector<PlacedCell>& own) {
   });
 }
 
-void GrowthFrames::convert() const {
+void StateFrames::convert() const {
   onFirstRank(problem_.execution.communicator, [&] {
     const std::vector<std::string> words = {"growth-frames", folder_.string(), "--remove"};
     const CommandEnd end = runPackmesh(words, interrupted);

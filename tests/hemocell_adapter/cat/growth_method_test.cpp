@@ -67,7 +67,7 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
   };
   const std::string plain = posOf("");
   // Each of them changes the packing; the values of a table's fallbacks do not.
-  for (const auto& parameter : growthParameters()) {
+  for (const auto& parameter : catParameters()) {
     CAPTURE(parameter.name);
     CHECK(posOf(fmt::format("--growth {} '{}'", parameter.name, parameter.fallback)) == plain);
   }
