@@ -45,7 +45,7 @@ FileAtEnd filesAtEnd[16];
 [[noreturn]] void endNow(const char* message, std::size_t length) {
   for (std::size_t i = std::size(filesAtEnd); i-- > 0;)  // what is in a folder before the folder
     if (filesAtEnd[i].used && unlink(filesAtEnd[i].path) != 0) rmdir(filesAtEnd[i].path);
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, length);
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message, length);
   _exit(int(ExitCode::interrupted));
 }
 

@@ -16,7 +16,7 @@ using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
 /// 2^20 nodes along one axis are half a metre of vessel at dx = 0.5 µm: larger numbers are probably errors.
-constexpr double mostNodes = 1 << 20;
+constexpr double mostNodesOfAnAxis = 1 << 20;
 
 /// The value of a tag of `<domain>`.
 Value required(const XMLElement& domain, const char* tag, const ValueSpec& spec, const fs::path& file) {
@@ -35,7 +35,7 @@ Value required(const XMLElement& domain, const char* tag, const ValueSpec& spec,
 }
 
 int nodesIn(const XMLElement& domain, const char* tag, int least, const fs::path& file) {
-  const ValueSpec spec = specs::integer("", "lattice nodes", least, mostNodes);
+  const ValueSpec spec = specs::integer("", "lattice nodes", least, mostNodesOfAnAxis);
   return int(std::get<std::int64_t>(required(domain, tag, spec, file)));
 }
 

@@ -22,7 +22,7 @@ int bricksAlong(int nodes) {
 
 /// Nodes around a brick in which the nearest cube within farReach must lie, and the width of brick and
 /// margins.
-constexpr int margin = 3, window = brickNodes + 2 * margin;
+constexpr int margin = 3, windowNodes = brickNodes + 2 * margin;
 /// Squared distances are cut off here, in units of (dx/2)²: farReach.
 constexpr int codeLimit = 36;
 
@@ -43,7 +43,8 @@ const Coarseness& coarsenessOf(const std::array<int, 3>& nodes) {
   return *coarseness;
 }
 
-/// Squared distance along an axis from fine sample s of a brick to cube c of its window, in units of (dx/2)².
+/// Squared distance along an axis from fine sample s of a brick to cube c of its windowNodes, in units of
+/// (dx/2)².
 constexpr int axisCode(int c, int s) {
   const int x = 2 * margin + s, low = 2 * c - x, high = x - 2 * c - 2;
   return low > 0 ? low * low : high > 0 ? high * high : 0;
@@ -58,13 +59,13 @@ Row filled(int code) {
   return {Row::Bytes{} + static_cast<std::uint8_t>(code)};
 }
 
-/// For each pattern of cubes in a row of a window: squared distances to the nearest cube, limited.
+/// For each pattern of cubes in a row of a windowNodes: squared distances to the nearest cube, limited.
 const std::vector<Row>& rowCodes() {
   static const std::vector<Row> table = [] {
-    std::vector<Row> rows(1u << window);
+    std::vector<Row> rows(1u << windowNodes);
     for (unsigned pattern = 0; pattern < rows.size(); ++pattern) {
       rows[pattern] = filled(codeLimit);
-      for (int c = 0; c < window; ++c)
+      for (int c = 0; c < windowNodes; ++c)
         if (pattern >> c & 1u)
           for (int s = 0; s < 9; ++s)
             rows[pattern].code[s] =
@@ -81,29 +82,30 @@ Row lowered(const Row& row, const Row& other, int more) {
   return {value < row.code ? value : row.code};
 }
 
-/// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nonexistent nodes.
+/// Flags of the nodes first ... first + windowNodes - 1 of a row as bits; 0 for nonexistent nodes.
 unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
   const std::array<int, 3> nodes = lattice.nodes();
   if (j < 0 || j >= nodes[1] || k < 0 || k >= nodes[2]) return 0;
-  constexpr unsigned mask = (1u << window) - 1;
+  constexpr unsigned mask = (1u << windowNodes) - 1;
   if (first < 0) return static_cast<unsigned>(lattice.word(0, j, k) << -first) & mask;
   const int w = first >> 6, shift = first & 63;
   if (w >= lattice.wordsPerRow()) return 0;
   std::uint64_t bits = lattice.word(w, j, k) >> shift;
-  if (shift > 64 - window && w + 1 < lattice.wordsPerRow()) bits |= lattice.word(w + 1, j, k) << (64 - shift);
+  if (shift > 64 - windowNodes && w + 1 < lattice.wordsPerRow())
+    bits |= lattice.word(w + 1, j, k) << (64 - shift);
   return static_cast<unsigned>(bits) & mask;
 }
 
 using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
 
-/// The cubes of a window closer than codeLimit to a sample of the brick, with their distances.
+/// The cubes of a windowNodes closer than codeLimit to a sample of the brick, with their distances.
 struct Near {
-  int count = 0, cube[window] = {}, code[window] = {};
+  int count = 0, cube[windowNodes] = {}, code[windowNodes] = {};
 };
 constexpr std::array<Near, 9> nearCubes() {
   std::array<Near, 9> all{};
   for (int s = 0; s < 9; ++s)
-    for (int c = 0; c < window; ++c)
+    for (int c = 0; c < windowNodes; ++c)
       if (const int code = axisCode(c, s); code < codeLimit) {
         all[s].cube[all[s].count] = c;
         all[s].code[all[s].count++] = code;
@@ -111,16 +113,17 @@ constexpr std::array<Near, 9> nearCubes() {
   return all;
 }
 
-/// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
-BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
+/// Squared distances of all samples of a brick to the nearest cube set in `patterns` (windowNodes rows
+/// [k][j]).
+BrickCodes codesOf(const std::array<std::array<unsigned, windowNodes>, windowNodes>& patterns) {
   static const std::vector<Row>& table = rowCodes();
   static constexpr std::array<Near, 9> near = nearCubes();
   const Row none = filled(codeLimit);
-  std::array<std::array<Row, 9>, window> slices;
-  bool empty[window];
-  for (int k = 0; k < window; ++k) {
+  std::array<std::array<Row, 9>, windowNodes> slices;
+  bool empty[windowNodes];
+  for (int k = 0; k < windowNodes; ++k) {
     empty[k] = true;
-    for (int j = 0; j < window; ++j) empty[k] = empty[k] && patterns[k][j] == 0;
+    for (int j = 0; j < windowNodes; ++j) empty[k] = empty[k] && patterns[k][j] == 0;
     if (empty[k]) continue;
     for (int y = 0; y < 9; ++y) {
       Row row = none;
@@ -187,11 +190,11 @@ const std::int8_t* VoxelDistance::brick(const std::array<int, 3>& at) const {
 }
 
 bool VoxelDistance::makeBrick(const std::array<int, 3>& at, std::int8_t* codes) const {
-  constexpr unsigned all = (1u << window) - 1;
-  std::array<std::array<unsigned, window>, window> in, out;
+  constexpr unsigned all = (1u << windowNodes) - 1;
+  std::array<std::array<unsigned, windowNodes>, windowNodes> in, out;
   unsigned anyIn = 0, anyOut = 0;
-  for (int k = 0; k < window; ++k)
-    for (int j = 0; j < window; ++j) {
+  for (int k = 0; k < windowNodes; ++k)
+    for (int j = 0; j < windowNodes; ++j) {
       in[k][j] = patternOf(inside_, brickNodes * at[0] - margin, brickNodes * at[1] - margin + j,
                            brickNodes * at[2] - margin + k);
       out[k][j] = ~in[k][j] & all;

@@ -23,7 +23,7 @@ namespace {
 constexpr double imageReach = 16.0;
 
 /// Edge of the blocks of nodes whose faces are put into one hierarchy when a cell is near [nodes].
-constexpr int blockNodes = 16;
+constexpr int nodesPerBlock = 16;
 
 class VoxelLumen final : public Container, public Wall {
  public:
@@ -162,7 +162,7 @@ class VoxelLumen final : public Container, public Wall {
     for (int k = 0; k < 3; ++k) {
       const auto blockAt = [&](double p) {  // faces are at the low sides of nodes 0 ... n
         const double node = std::floor(p / lattice_->dx() + 0.5);
-        return static_cast<int>(std::clamp(node, 0.0, double(lattice_->nodes()[k]))) / blockNodes;
+        return static_cast<int>(std::clamp(node, 0.0, double(lattice_->nodes()[k]))) / nodesPerBlock;
       };
       first[k] = blockAt(box.lo[k]);
       last[k] = blockAt(box.hi[k]);
@@ -181,8 +181,8 @@ class VoxelLumen final : public Container, public Wall {
             [&] {
               std::array<int, 3> first, last;
               for (int k = 0; k < 3; ++k) {
-                first[k] = blockNodes * block[k];
-                last[k] = std::min(first[k] + blockNodes - 1, lattice_->nodes()[k]);
+                first[k] = nodesPerBlock * block[k];
+                last[k] = std::min(first[k] + nodesPerBlock - 1, lattice_->nodes()[k]);
               }
               const TriangleMesh mesh = voxelSurface(*lattice_, periodic_, first, last);
               return mesh.triangles.empty() ? nullptr : std::make_unique<const MeshHierarchy>(mesh);

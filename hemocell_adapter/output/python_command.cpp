@@ -107,10 +107,10 @@ CommandEnd runPackmesh(const std::vector<std::string>& arguments, const std::fun
     error = errno;
   itsOut.close();
   itsErr.close();
-  using Kind = CommandEnd::Kind;
-  if (error == ENOENT) return {Kind::unusable, {}, "is not installed"};
+  using End = CommandEnd::Kind;
+  if (error == ENOENT) return {End::unusable, {}, "is not installed"};
   if (error != 0)
-    return {Kind::failed, {}, fmt::format("{} cannot be started: {}", words.front(), std::strerror(error))};
+    return {End::failed, {}, fmt::format("{} cannot be started: {}", words.front(), std::strerror(error))};
   std::string outText, errText;
   const bool stopped = !readBoth(out, err, outText, errText, child, stop);
   const int status = statusAtEnd(child).value_or(0);
@@ -128,14 +128,14 @@ CommandEnd runPackmesh(const std::vector<std::string>& arguments, const std::fun
     end.lines.push_back(after("(packMesh) ", line).value_or(line));
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   if (stopped)
-    end.kind = Kind::stopped;
+    end.kind = End::stopped;
   else if (code == 0)
-    end.kind = Kind::done;
+    end.kind = End::done;
   else if (code == unusableCode || (asModule && rest.find("No module named packmesh") != std::string::npos))
-    end.kind = Kind::unusable;
+    end.kind = End::unusable;
   else
-    end.kind = code == refusedCode && !end.message.empty() ? Kind::refused : Kind::failed;
-  if (end.kind == Kind::unusable && end.message.empty()) end.message = "is not installed";
+    end.kind = code == refusedCode && !end.message.empty() ? End::refused : End::failed;
+  if (end.kind == End::unusable && end.message.empty()) end.message = "is not installed";
   if (end.message.empty())
     end.message = code < 0 ? fmt::format("{} was killed by signal {}", words.front(), WTERMSIG(status))
                            : fmt::format("{} ended with code {}: {}", words.front(), code, rest);

@@ -12,7 +12,7 @@
 
 namespace packmesh::hemocell {
 
-/// Figures of a packing that was written. Gaps above gapOfInterest, and to a wall if there is none, are
+/// Figures of a packing that was written. Gaps above usualGapOfInterest, and to a wall if there is none, are
 /// infinite.
 struct RealisationFigures {
   bool complete = true;                                             ///< with all requested cells

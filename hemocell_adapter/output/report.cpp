@@ -12,7 +12,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-Report vectorOf(const Vec3& v) {
+Report coordinatesOf(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
@@ -28,9 +28,9 @@ Report lumenOf(const Problem& problem) {
   lumen["note"] = problem.lumen.note;
   lumen["volume"] = container.volume();
   const Box bounds = container.bounds();
-  lumen["low"] = vectorOf(bounds.lo);
-  lumen["high"] = vectorOf(bounds.hi);
-  lumen["period"] = vectorOf(container.period());
+  lumen["low"] = coordinatesOf(bounds.lo);
+  lumen["high"] = coordinatesOf(bounds.hi);
+  lumen["period"] = coordinatesOf(container.period());
   lumen["wall"] = container.wall() != nullptr;
   lumen["lattice"] = nullptr;
   if (problem.lumen.lattice) {
@@ -61,7 +61,7 @@ Report speciesOf(const Finished& done) {
         species.model.hemocellVolume ? Report(*species.model.hemocellVolume) : Report(nullptr);
     one["vertices"] = species.shape->mesh().vertices.size();
     one["triangles"] = species.shape->mesh().triangles.size();
-    one["size"] = vectorOf(boundingBox(species.shape->mesh()).size());
+    one["size"] = coordinatesOf(boundingBox(species.shape->mesh()).size());
     one["volumeFraction"] = done.tally.meshVolume[s] / done.problem.lumen.container->volume();
     one["minimumDistanceFromSolid"] = species.minimumDistanceFromSolid;
     const bool inFile = species.mostCells() > 0 && !(done.checked && isState(species.startFrom));
@@ -179,13 +179,13 @@ Report reportOfMeasures(const PackingMeasures& measures, const Problem& problem)
                            {"median", any ? Report(gaps.median) : Report(nullptr)}});
     const OrientationOrder& order = measures.orientation[s];
     Report tensor = Report::array();
-    for (int row = 0; row < 3; ++row) tensor.push_back(vectorOf(order.tensor.row(row)));
+    for (int row = 0; row < 3; ++row) tensor.push_back(coordinatesOf(order.tensor.row(row)));
     const bool none = order.cells == 0;
     all["orientation"].push_back({{"name", problem.species[s].name},
                                   {"cells", order.cells},
                                   {"nematic", none ? Report(nullptr) : Report(order.nematic())},
-                                  {"eigenvalues", none ? Report(nullptr) : vectorOf(order.eigenvalues)},
-                                  {"director", none ? Report(nullptr) : vectorOf(order.director)},
+                                  {"eigenvalues", none ? Report(nullptr) : coordinatesOf(order.eigenvalues)},
+                                  {"director", none ? Report(nullptr) : coordinatesOf(order.director)},
                                   {"cosines", order.cosines},
                                   {"tensor", none ? Report(nullptr) : std::move(tensor)}});
   }
@@ -205,7 +205,7 @@ Report repeatedOf(const std::optional<Repeated>& repeated) {
   if (!repeated) return nullptr;
   const Request& request = repeated->problem.request;
   return {{"times", request.tiles},
-          {"boxSize", vectorOf(*request.boxSize)},
+          {"boxSize", coordinatesOf(*request.boxSize)},
           {"cells", repeated->result.cellCount},
           {"hematocrit", request.hematocrit ? Report(*request.hematocrit) : Report(nullptr)},
           {"certificate", certificateOf(repeated->result.certificate)},

@@ -8,7 +8,7 @@ struct NamedConstruction {
   Construction construction;
   const char* name;
 };
-constexpr NamedConstruction constructions[] = {
+constexpr NamedConstruction namesOfConstructions[] = {
     {Construction::rbcFromSphere, "RBC_FROM_SPHERE"},
     {Construction::ellipsoidFromSphere, "ELLIPSOID_FROM_SPHERE"},
     {Construction::wbcSphere, "WBC_SPHERE"},
@@ -18,20 +18,20 @@ constexpr NamedConstruction constructions[] = {
 }  // namespace
 
 std::string toString(Construction construction) {
-  for (const NamedConstruction& entry : constructions)
+  for (const NamedConstruction& entry : namesOfConstructions)
     if (entry.construction == construction) return entry.name;
   return "unknown";
 }
 
 std::optional<Construction> constructionFromString(const std::string& text) {
-  for (const NamedConstruction& entry : constructions)
+  for (const NamedConstruction& entry : namesOfConstructions)
     if (text == entry.name) return entry.construction;
   return {};
 }
 
 std::vector<std::string> constructionNames() {
   std::vector<std::string> names;
-  for (const NamedConstruction& entry : constructions) names.emplace_back(entry.name);
+  for (const NamedConstruction& entry : namesOfConstructions) names.emplace_back(entry.name);
   return names;
 }
 

@@ -15,7 +15,7 @@ namespace packmesh {
 namespace {
 
 /// Sums are formed from integer multiples of these, so that they do not depend on the order.
-constexpr double volumeStep = 0x1p-26, cosineStep = 0x1p-30;
+constexpr double shareStep = 0x1p-26, cosineStep = 0x1p-30;
 
 /// Number of points in all cells, without and with walls whose distance takes microseconds to compute;
 /// minimum and maximum per cell.
@@ -45,10 +45,10 @@ Profile layersOf(double begin, double length, bool exactly) {
   return profile;
 }
 
-class Measuring {
+class ProfileMeasuring {
  public:
-  Measuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
-            const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside, double largestGap)
+  ProfileMeasuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
+                   const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside, double largestGap)
       : physics_(physics),
         species_(physics.species),
         kinds_(kindsOf(physics)),
@@ -193,7 +193,7 @@ class Measuring {
       std::vector<Vec3>& inCell = points[cell.species];
       if (inCell.empty()) inCell = innerPoints(*species_[cell.species].shape, measures_.pointsPerCell);
       const double volume = species_[cell.species].shape->volume() / double(inCell.size());
-      const std::int64_t each = whole(volume, volumeStep);
+      const std::int64_t each = whole(volume, shareStep);
       for (const Vec3& body : inCell) {
         const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
         for (int k = 0; k < 3; ++k) axial[k].add(kindOf(cell), layerOf(measures_.axial[k], p[k]), each);
@@ -214,7 +214,7 @@ class Measuring {
       std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
       std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
       for (std::size_t i = 0; i < sums.layers; ++i) {
-        const double volume = volumeStep * double(sums.volume[s * sums.layers + i]);
+        const double volume = shareStep * double(sums.volume[s * sums.layers + i]);
         if (volume == 0.0 || profile.lumen[i] == 0.0) continue;
         fraction[i] = volume / profile.lumen[i];
         const double ofLumen = wall_ ? volumeOfPoint_ / profile.lumen[i] : 0.0;
@@ -333,7 +333,7 @@ PackingMeasures measurePacking(const Physics& physics, const Execution& executio
                                const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
                                const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside,
                                double largestGap) {
-  return Measuring(physics, execution, cells, ends, outside, largestGap)(gaps);
+  return ProfileMeasuring(physics, execution, cells, ends, outside, largestGap)(gaps);
 }
 
 }  // namespace packmesh

@@ -72,6 +72,6 @@ struct PackingMeasures {
 PackingMeasures measurePacking(const Physics& physics, const Execution& execution,
                                const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
                                const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside = {},
-                               double largestGap = gapOfInterest);
+                               double largestGap = usualGapOfInterest);
 
 }  // namespace packmesh

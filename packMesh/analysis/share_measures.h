@@ -18,6 +18,6 @@ namespace packmesh {
 /// @param largestGap larger gaps are not measured [µm]
 CellMeasures measureShare(const Physics& physics, const Execution& execution,
                           const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside = {},
-                          double largestGap = gapOfInterest);
+                          double largestGap = usualGapOfInterest);
 
 }  // namespace packmesh

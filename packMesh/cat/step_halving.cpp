@@ -17,7 +17,7 @@ namespace {
 constexpr double shortestPart = 1.0 / 8.0;
 
 /// Cells that a thread tests against the wall at a time.
-constexpr std::int64_t cellsPerPart = 64;
+constexpr std::int64_t halvedPerPart = 64;
 
 bool moves(const Body& body, const GrowthStep& step) {
   return step.scale != body.scale || !step.rotation.isZero(0.0) || !step.translation.isZero(0.0);
@@ -141,7 +141,7 @@ void StepHalving::take(const std::vector<GrowthStep>& steps, const CellSurroundi
             misplaced[k] = cells.isOwn(i) && misplacement(bodies[i], placedCells[i]);
           }
         },
-        cellsPerPart);
+        halvedPerPart);
     for (std::size_t k = 0; k < changed.size(); ++k) {
       if (!misplaced[k]) continue;
       offends[changed[k]] = 1;

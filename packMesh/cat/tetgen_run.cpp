@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* name = "packmesh-tetgen";
+constexpr const char* programName = "packmesh-tetgen";
 constexpr const char* variable = "PACKMESH_TETGEN";
 
 /// From a Python package to the folder it is installed under: prefix/lib/python3.x/site-packages/packmesh.
@@ -54,13 +54,13 @@ std::vector<fs::path> placesOf() {
   const fs::path own = ownFile();
   if (!own.empty()) {
     fs::path folder = own.parent_path();
-    places.push_back(folder / name);
+    places.push_back(folder / programName);
     for (int above = 0; above <= foldersAbove && folder != folder.root_path(); ++above) {
-      places.push_back(folder / "libexec" / "packmesh" / name);
+      places.push_back(folder / "libexec" / "packmesh" / programName);
       folder = folder.parent_path();
     }
   }
-  places.push_back(fs::path(installedHelpers()) / name);
+  places.push_back(fs::path(installedHelpers()) / programName);
   return places;
 }
 

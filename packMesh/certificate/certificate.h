@@ -32,12 +32,12 @@ struct MisplacedCell {
 };
 
 /// Larger gaps are not measured, unless larger ones are required [µm].
-constexpr double gapOfInterest = 1.0;
+constexpr double usualGapOfInterest = 1.0;
 
 /// Up to where gaps are measured if `required` is the least that is allowed [µm]: beyond it, so that the
 /// smallest one is known.
 constexpr double measuredUpTo(double required) {
-  return std::max(gapOfInterest, 1.5 * required);
+  return std::max(usualGapOfInterest, 1.5 * required);
 }
 
 /// A cell with a mesh of its own that intersects itself; no packing can cure it.
@@ -57,7 +57,7 @@ struct Certificate {
   double minimumGap = std::numeric_limits<double>::infinity();
   /// Smallest gap between membrane and wall [µm], likewise; 0 if any cell is not inside the lumen.
   double minimumWallGap = std::numeric_limits<double>::infinity();
-  double gapsMeasuredUpTo = gapOfInterest, wallGapsMeasuredUpTo = gapOfInterest;  ///< [µm]
+  double gapsMeasuredUpTo = usualGapOfInterest, wallGapsMeasuredUpTo = usualGapOfInterest;  ///< [µm]
   double cellVolume = 0.0;  ///< total volume of all meshes [µm³]
   bool complete = true;     ///< false: stopped early, nothing is proven
   /// True if so many pairs overlap that only some of them are listed: see LimitedSearch.

@@ -21,7 +21,8 @@ struct CertificateInput {
   double requiredGap = 0.0;               ///< pairs with a smaller gap count as overlapping [µm]
   double requiredWallGap = 0.0;           ///< cells closer to their wall count as misplaced [µm]
   std::vector<double> extraWallGap = {};  ///< per species, added to requiredWallGap [µm]; empty: 0
-  double largestGap = gapOfInterest, largestWallGap = gapOfInterest;  ///< larger ones are not measured [µm]
+  double largestGap = usualGapOfInterest,
+         largestWallGap = usualGapOfInterest;  ///< larger ones are not measured [µm]
 
   double wallGapOf(int species) const {
     return requiredWallGap + (extraWallGap.empty() ? 0.0 : extraWallGap[species]);

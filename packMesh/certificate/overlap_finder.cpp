@@ -9,7 +9,7 @@ namespace packmesh {
 namespace {
 
 /// Cells that a thread examines at a time.
-constexpr std::int64_t cellsPerPart = 64;
+constexpr std::int64_t searchedPerPart = 64;
 
 }  // namespace
 
@@ -54,7 +54,7 @@ std::vector<OverlappingPair> OverlapFinder::operator()(const std::vector<std::in
       [&](std::int64_t begin, std::int64_t end, int thread) {
         for (std::int64_t k = begin; k < end; ++k) examine(moved[k], found[thread]);
       },
-      cellsPerPart);
+      searchedPerPart);
   std::vector<OverlappingPair> out;
   found.forEach([&](const auto& faults) { out.insert(out.end(), faults.begin(), faults.end()); });
   sortByCells(out);

@@ -36,11 +36,11 @@ int setFiles(posix_spawn_file_actions_t& actions, const std::vector<int>& descri
 
 /// Signals and the group of a process. @return 0, or the number of an error
 int setAttributes(posix_spawnattr_t& attributes, const std::vector<int>& blockedSignals, bool ownGroup) {
-  sigset_t blocked, byDefault;
-  sigemptyset(&blocked);
-  for (const int number : blockedSignals) sigaddset(&blocked, number);
+  sigset_t mask, byDefault;
+  sigemptyset(&mask);
+  for (const int number : blockedSignals) sigaddset(&mask, number);
   sigfillset(&byDefault);
-  posix_spawnattr_setsigmask(&attributes, &blocked);
+  posix_spawnattr_setsigmask(&attributes, &mask);
   posix_spawnattr_setsigdefault(&attributes, &byDefault);
   posix_spawnattr_setpgroup(&attributes, 0);
   return posix_spawnattr_setflags(&attributes,

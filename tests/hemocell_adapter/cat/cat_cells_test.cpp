@@ -16,7 +16,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Ran {
+struct RanCatCells {
   int exitCode;
   std::string text;
 };
@@ -38,7 +38,7 @@ struct Meshes : test::TemporaryFolder {
     for (Vec3& v : flat.vertices) v.z() = 0.0;
     test::writeMesh(path() / "flat.off", flat);
   }
-  Ran run(const std::string& arguments) const {
+  RanCatCells run(const std::string& arguments) const {
     const std::string command = "cd '" + path().string() + "' && '" + test::programFolder + "/catCells' " +
                                 arguments + " > text 2>&1 < /dev/null";
     const int status = std::system(command.c_str());
@@ -52,7 +52,8 @@ struct Meshes : test::TemporaryFolder {
 TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable]") {
   const Meshes folder;
   for (const std::string kind : {"obj", "ply", "h5"}) {
-    const Ran ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --vtp c.vtp --output c." + kind);
+    const RanCatCells ran =
+        folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --vtp c.vtp --output c." + kind);
     INFO(ran.text);
     REQUIRE(ran.exitCode == 0);
     CHECK_THAT(ran.text, Contains("ball.off@-2,0,0: cell of 236") && Contains("100.000000 %"));
@@ -66,7 +67,7 @@ TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executab
   const std::string surfaces{std::istreambuf_iterator<char>(in), {}};
   CHECK_THAT(surfaces, Contains("Name=\"object\"") && Contains("Name=\"cell\""));
   // With a layer along the wall cells are smaller.
-  const Ran ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --mid-gap");
+  const RanCatCells ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --mid-gap");
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.text, !Contains(": cell of 236") && Contains("100.000000 %"));
 }
@@ -74,7 +75,7 @@ TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executab
 TEST_CASE("catCells explains errors", "[executable]") {
   const Meshes folder;
   const auto refused = [&](const std::string& arguments, int exitCode) {
-    const Ran ran = folder.run(arguments);
+    const RanCatCells ran = folder.run(arguments);
     CHECK(ran.exitCode == exitCode);
     CHECK_THAT(ran.text, Contains("(packMesh) (Error)"));
     CHECK(!std::filesystem::exists(folder.path() / "cells.obj"));

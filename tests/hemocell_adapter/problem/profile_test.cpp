@@ -18,7 +18,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-Problem planned(const std::vector<std::string>& words) {
+Problem plannedProfile(const std::vector<std::string>& words) {
   return problemToPack(requestToPack(parseCommandLine("packMesh", words)));
 }
 
@@ -94,7 +94,7 @@ TEST_CASE("A plan keeps the number of cells, and nothing is asked for in a free 
     CAPTURE(lumen);
     std::vector<std::string> words = lumen;
     words.insert(words.end(), {"--hematocrit", "0.25", "--plt_ratio", "0.3", "--profile", file});
-    const Problem problem = planned(words);
+    const Problem problem = plannedProfile(words);
     const DepthProfile& profile = *problem.profile;
     CHECK(profile.species[0].freeLayer == 2.0);
     CHECK(profile.species[1].freeLayer == 0.0);

@@ -17,12 +17,12 @@ namespace {
 
 constexpr double pi = 3.141592653589793;
 
-PlacedCell at(int species, const Vec3& position, const Mat3& turn = Mat3::Identity()) {
+PlacedCell cellAt(int species, const Vec3& position, const Mat3& turn = Mat3::Identity()) {
   return {species, {turn, position}};
 }
 
-PackingMeasures measured(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
-                         const std::array<bool, 3>& ends = {false, false, false}) {
+PackingMeasures profilesOf(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+                           const std::array<bool, 3>& ends = {false, false, false}) {
   return measurePacking(problem.physics, problem.execution, cells,
                         measureShare(problem.physics, problem.execution, cells).gap, ends);
 }
@@ -46,7 +46,7 @@ PackingProblem balls(std::shared_ptr<const Container> container, double radius) 
 TEST_CASE("Axial profiles contain the volume of the cells exactly, and each layer up to its error") {
   const PackingProblem problem = balls(test::periodicCube(20.0), 4.0);
   const Vec3 centre(19.0, 10.0, 5.0);  // across a face
-  const PackingMeasures found = measured(problem, {at(0, centre)});
+  const PackingMeasures found = profilesOf(problem, {cellAt(0, centre)});
   const double volume = problem.physics.species[0].shape->volume();
   for (int k = 0; k < 3; ++k) {
     const Profile& profile = found.axial[k];
@@ -67,7 +67,8 @@ TEST_CASE("Axial profiles contain the volume of the cells exactly, and each laye
 
 TEST_CASE("A tube has the right wall profile and cell-free layer") {
   const PackingProblem problem = balls(makeCylinder(Vec3(0, 0, 20), 2, 10.0, 40.0, true), 4.0);
-  const PackingMeasures found = measured(problem, {at(0, {0, 0, 5}), at(0, {0, 0, 15}), at(0, {0, 0, 25})});
+  const PackingMeasures found =
+      profilesOf(problem, {cellAt(0, {0, 0, 5}), cellAt(0, {0, 0, 15}), cellAt(0, {0, 0, 25})});
   REQUIRE(found.wall);
   const Profile& profile = *found.wall;
   REQUIRE(volumeIn(profile, 0) == Approx(3.0 * problem.physics.species[0].shape->volume()).epsilon(1e-5));
@@ -85,27 +86,27 @@ TEST_CASE("A tube has the right wall profile and cell-free layer") {
   REQUIRE(*layerBelow(profile, 0.05) == Approx(6.0).margin(0.15));
   REQUIRE(*layerBelow(profile, 0.05) < *layerBelow(profile, 0.5));
   REQUIRE(!layerBelow(profile, 100.0));
-  REQUIRE(!layerBelow(measured(problem, {}).axial[0], 0.05));
+  REQUIRE(!layerBelow(profilesOf(problem, {}).axial[0], 0.05));
 }
 
 TEST_CASE("Ends without walls do not count as walls") {
   const PackingProblem problem = balls(makeCylinder(Vec3(0, 0, 20), 2, 10.0, 40.0, false), 4.0);
-  const std::vector<PlacedCell> cells = {at(0, {0, 0, 4.1}), at(0, {0, 0, 20})};
-  const PackingMeasures walls = measured(problem, cells);
-  const PackingMeasures ends = measured(problem, cells, {false, false, true});
+  const std::vector<PlacedCell> cells = {cellAt(0, {0, 0, 4.1}), cellAt(0, {0, 0, 20})};
+  const PackingMeasures walls = profilesOf(problem, cells);
+  const PackingMeasures ends = profilesOf(problem, cells, {false, false, true});
   REQUIRE(walls.wall->fraction[0][2] > 0.0);  // the cell at the end
   for (int i = 0; i < 22; ++i) REQUIRE(ends.wall->fraction[0][i] == 0.0);
   // A box without any walls has no profile.
   const PackingProblem box = balls(makeBox({Vec3::Zero(), Vec3(20, 20, 20)}, {false, false, false}), 4.0);
-  REQUIRE(measured(box, {at(0, {10, 10, 10})}).wall);
-  REQUIRE(!measured(box, {at(0, {10, 10, 10})}, {true, true, true}).wall);
+  REQUIRE(profilesOf(box, {cellAt(0, {10, 10, 10})}).wall);
+  REQUIRE(!profilesOf(box, {cellAt(0, {10, 10, 10})}, {true, true, true}).wall);
 }
 
 TEST_CASE("Gaps are counted in bins, and cells without neighbours separately") {
   const PackingProblem problem = balls(test::periodicCube(40.0), 1.0);
   const PackingMeasures found =
-      measured(problem, {at(0, {5, 5, 5}), at(0, {7.51, 5, 5}), at(0, {20, 5, 5}), at(0, {22.11, 5, 5}),
-                         at(0, {24.21, 5, 5}), at(0, {30, 30, 30})});
+      profilesOf(problem, {cellAt(0, {5, 5, 5}), cellAt(0, {7.51, 5, 5}), cellAt(0, {20, 5, 5}),
+                           cellAt(0, {22.11, 5, 5}), cellAt(0, {24.21, 5, 5}), cellAt(0, {30, 30, 30})});
   const GapHistogram& gaps = found.gaps[0];
   REQUIRE(gaps.beyond == 1);
   REQUIRE(gaps.minimum == Approx(0.1).margin(0.03));
@@ -121,8 +122,8 @@ TEST_CASE("Gaps are counted in bins, and cells without neighbours separately") {
 TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
   PackingProblem problem = balls(makeCylinder({20, 10, 10}, 0, 10.0, 40.0, false), 3.0);
   problem.physics.species[0].inHematocrit = true;
-  const std::vector<PlacedCell> inside = {at(0, {10, 10, 10}), at(0, {30, 10, 10})};
-  std::vector<PlacedCell> all = {at(0, {20, 30, 10}), inside[0], at(0, {20, 19, 10}), inside[1]};
+  const std::vector<PlacedCell> inside = {cellAt(0, {10, 10, 10}), cellAt(0, {30, 10, 10})};
+  std::vector<PlacedCell> all = {cellAt(0, {20, 30, 10}), inside[0], cellAt(0, {20, 19, 10}), inside[1]};
   std::set<std::int64_t> outside;
   const auto measuredWith = [&](const std::vector<PlacedCell>& cells) {
     const CellMeasures found = measureShare(problem.physics, problem.execution, cells, outside);
@@ -156,7 +157,7 @@ TEST_CASE("The order of symmetry axes is right for parallel, planar and random a
   problem.physics.species = {{"RBC", test::redCellShape(), 1, nullptr}};
   const auto order = [&](const std::function<Mat3(int)>& turn) {
     std::vector<PlacedCell> cells;
-    for (int i = 0; i < 200; ++i) cells.push_back(at(0, {50, 50, 50}, turn(i)));
+    for (int i = 0; i < 200; ++i) cells.push_back(cellAt(0, {50, 50, 50}, turn(i)));
     return measurePacking(problem.physics, {}, cells, std::vector<double>(cells.size(), 0.1), {})
         .orientation[0];
   };

@@ -16,14 +16,14 @@ using namespace packmesh;
 namespace {
 
 /// Bodies in a lumen.
-struct Scene {
+struct EscapeScene {
   std::shared_ptr<const Container> lumen;
   Physics physics;
   Execution execution;
   std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
-  Scene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
+  EscapeScene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
       : lumen(std::move(in)), physics(test::physicsOf(of, lumen)) {}
   void add(int species, double scale, const Vec3& at) {
     state.push_back(
@@ -61,7 +61,7 @@ std::shared_ptr<const Container> twoRooms() {
 }  // namespace
 
 TEST_CASE("Swapping moves the large body to the large room") {
-  Scene s({test::sphereShape(2.8), test::sphereShape(1.2)}, twoRooms());
+  EscapeScene s({test::sphereShape(2.8), test::sphereShape(1.2)}, twoRooms());
   s.add(0, 0.5, Vec3(16.0, 0.0, 0.0));
   s.add(1, 1.0, Vec3(4.0, 0.0, 0.0));
   s(EscapeSettings());
@@ -72,7 +72,7 @@ TEST_CASE("Swapping moves the large body to the large room") {
 }
 
 TEST_CASE("Enlargement grows a body into the room between its neighbours") {
-  Scene s({test::sphereShape(2.0)}, makeSphere(Vec3::Zero(), 6.0));
+  EscapeScene s({test::sphereShape(2.0)}, makeSphere(Vec3::Zero(), 6.0));
   s.add(0, 1.0, Vec3(-3.5, 0.0, 0.0));
   s.add(0, 0.4, Vec3(2.0, 0.0, 0.0));
   s(EscapeSettings());
@@ -81,8 +81,8 @@ TEST_CASE("Enlargement grows a body into the room between its neighbours") {
 }
 
 TEST_CASE("Replacement substitutes a body from the reserve for one that does not fit") {
-  Scene s({test::sphereShape(4.0), std::make_shared<const Shape>(test::cube(3.2))},
-          makeSphere(Vec3::Zero(), 3.0));
+  EscapeScene s({test::sphereShape(4.0), std::make_shared<const Shape>(test::cube(3.2))},
+                makeSphere(Vec3::Zero(), 3.0));
   // The sphere reaches 0.75 of its size; the cube full size, but that is less volume.
   s.add(1, 0.5, Vec3::Zero());
   s.state[0].species = 1;
@@ -94,8 +94,8 @@ TEST_CASE("Replacement substitutes a body from the reserve for one that does not
   CHECK(s.state[0].species == 1);
   CHECK(s.state[0].scale == 1.0);
 
-  Scene t({test::sphereShape(2.5), std::make_shared<const Shape>(test::cube(4.0))},
-          makeSphere(Vec3::Zero(), 3.0));
+  EscapeScene t({test::sphereShape(2.5), std::make_shared<const Shape>(test::cube(4.0))},
+                makeSphere(Vec3::Zero(), 3.0));
   t.add(1, 0.4, Vec3::Zero());
   settings.reserve = {1, 0};
   t(settings);
@@ -105,7 +105,8 @@ TEST_CASE("Replacement substitutes a body from the reserve for one that does not
 }
 
 TEST_CASE("Holes are empty, disjoint and sorted by size") {
-  Scene s({test::sphereShape(1.0)}, makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {false, false, false}));
+  EscapeScene s({test::sphereShape(1.0)},
+                makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {false, false, false}));
   for (const double x : {1.5, 6.5})
     for (const double y : {1.5, 6.5})
       for (const double z : {1.5, 6.5}) s.add(0, 1.0, Vec3(x, y, z));
@@ -126,8 +127,8 @@ TEST_CASE("Holes are empty, disjoint and sorted by size") {
 }
 
 TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up") {
-  Scene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
-          makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
+  EscapeScene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
+                makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
   for (const double x : {2.0, 6.0})
     for (const double y : {2.0, 6.0})
       for (const double z : {2.0, 6.0}) s.add(0, 1.0, Vec3(x, y, z));

@@ -51,12 +51,12 @@ GrowthBounds wideBounds() {
   return bounds;
 }
 
-const TriangleMesh cube = sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0));
+const TriangleMesh cornerCube = sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0));
 
 }  // namespace
 
 TEST_CASE("An off-centre cube in a larger one moves to the centre and fills it") {
-  const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
+  const auto planes = boxPlanes(cornerCube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   Pose pose{0.5, Quaternion::Identity(), Vec3(0.3, -0.2, 0.1)};
   const GrowthStep step = solved(pose, planes, wideBounds());
   CHECK(step.scale == Approx(1.0));
@@ -66,7 +66,7 @@ TEST_CASE("An off-centre cube in a larger one moves to the centre and fills it")
 TEST_CASE("A rotated cube rotates back and fills the box step by step") {
   std::mt19937 random(3);
   for (int n = 0; n < 10; ++n) {
-    const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
+    const auto planes = boxPlanes(cornerCube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
     Pose pose{0.3, Quaternion(test::randomRotation(random)), 0.2 * test::randomDirection(random)};
     GrowthProgram program;
     double scale = pose.scale;
@@ -109,7 +109,7 @@ TEST_CASE("Growth stays within its bounds and its padding") {
 }
 
 TEST_CASE("A cell whose padding is violated can stay, but not move closer") {
-  const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
+  const auto planes = boxPlanes(cornerCube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   const Pose pose{0.9, Quaternion::Identity(), Vec3(0.09, 0.0, 0.0)};  // 0.01 from the plane at x = 1
   GrowthBounds bounds = wideBounds();
   bounds.padding = 0.05;
@@ -121,7 +121,7 @@ TEST_CASE("A cell whose padding is violated can stay, but not move closer") {
 }
 
 TEST_CASE("A cell at the barrier moves to the centre of its planes") {
-  const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
+  const auto planes = boxPlanes(cornerCube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   const Pose pose{0.5, Quaternion::Identity(), Vec3(0.4, -0.3, 0.2)};
   GrowthBounds bounds = wideBounds();
   bounds.scale = 0.6;

@@ -21,7 +21,7 @@ struct Blood {
       : physics(test::physicsOf({platelet, red, white}, std::move(in))) {}
 };
 
-std::shared_ptr<const Container> cube(double edge, bool periodic) {
+std::shared_ptr<const Container> cubicBox(double edge, bool periodic) {
   return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
 }
 
@@ -29,7 +29,7 @@ std::shared_ptr<const Container> cube(double edge, bool periodic) {
 
 TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, scale and species") {
   const std::vector<std::shared_ptr<const Container>> containers = {
-      cube(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
+      cubicBox(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
       makeSphere(Vec3::Zero(), 16.0), makeCylinder(Vec3(20.0, 0.0, 0.0), 0, 12.0, 40.0, true)};
   for (const auto& container : containers)
     for (const double scale : {0.1, 0.4}) {
@@ -48,7 +48,7 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
 }
 
 TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept") {
-  Blood blood(cube(30.0, true));
+  Blood blood(cubicBox(30.0, true));
   const std::vector<Body> first = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   const std::vector<Body> again = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   blood.physics.seed = 2;
@@ -63,12 +63,12 @@ TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept")
 }
 
 TEST_CASE("Seeding fails where cells overlap even at their smallest scale") {
-  Blood blood(cube(12.0, true));
+  Blood blood(cubicBox(12.0, true));
   CHECK_THROWS(test::seeded(blood.physics, {0, 0, 40}, 0.9));
 }
 
 TEST_CASE("Existing cells keep their size where it is free, and are halved where they overlap") {
-  Blood blood(cube(30.0, false));
+  Blood blood(cubicBox(30.0, false));
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
     cells.push_back(
@@ -89,7 +89,7 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
 }
 
 TEST_CASE("Seeding never moves or shrinks fixed cells") {
-  Blood blood(cube(30.0, true));
+  Blood blood(cubicBox(30.0, true));
   blood.physics.species[2].freedom.fixed = true;
   std::vector<Body> cells = {makeBody(0, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
                              makeBody(1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),

@@ -55,10 +55,6 @@ struct Run {
   }
 };
 
-std::shared_ptr<const Container> periodicCube(double edge) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true});
-}
-
 std::shared_ptr<const Container> sphereFor(const Shape& shape, int count, double fraction) {
   return makeSphere(Vec3::Zero(), std::cbrt(0.75 / M_PI * count * shape.volume() / fraction));
 }
@@ -66,7 +62,7 @@ std::shared_ptr<const Container> sphereFor(const Shape& shape, int count, double
 }  // namespace
 
 TEST_CASE("Red cells grow in a periodic box through valid states") {
-  Run run({test::redCellShape()}, periodicCube(16.0), {20});  // 0.40
+  Run run({test::redCellShape()}, test::periodicCube(16.0), {20});  // 0.40
   CHECK(run());
   CHECK(run.statistics.iterations > 5);
   CHECK(run.statesSeen == run.statistics.iterations + run.statistics.relaxationsKept);
@@ -116,7 +112,7 @@ TEST_CASE("Growth keeps clearances and orientations") {
 
 TEST_CASE("Growth gives the same bytes for the same seed and another packing for another seed") {
   const auto poses = [](std::uint64_t seed) {
-    Run run({test::redCellShape()}, periodicCube(14.0), {12});
+    Run run({test::redCellShape()}, test::periodicCube(14.0), {12});
     run.physics.seed = seed;
     REQUIRE(run());
     return run.state;
@@ -130,7 +126,7 @@ TEST_CASE("Growth gives the same bytes for the same seed and another packing for
 }
 
 TEST_CASE("A relaxation finishes the last cells when the iterations of a barrier are used up") {
-  Run run({test::redCellShape()}, periodicCube(16.0), {20});
+  Run run({test::redCellShape()}, test::periodicCube(16.0), {20});
   run.settings.maxIterations = 4;  // fewer than patience allows to judge
   run.settings.patience = 5;
   CHECK(run());
@@ -141,10 +137,10 @@ TEST_CASE("A relaxation finishes the last cells when the iterations of a barrier
 }
 
 TEST_CASE("A relaxation resolves stalled growth, and can be disabled") {
-  Run helped({test::redCellShape()}, periodicCube(16.0), {26});  // 0.52
+  Run helped({test::redCellShape()}, test::periodicCube(16.0), {26});  // 0.52
   CHECK(helped());
   CHECK(helped.statistics.relaxationsKept > 0);
-  Run alone({test::redCellShape()}, periodicCube(16.0), {26});
+  Run alone({test::redCellShape()}, test::periodicCube(16.0), {26});
   alone.settings.relaxationSweeps = 0;
   alone.settings.maxIterations = 20;
   alone();
@@ -152,7 +148,7 @@ TEST_CASE("A relaxation resolves stalled growth, and can be disabled") {
 }
 
 TEST_CASE("Growth of cells that cannot fit ends with every cell as large as possible") {
-  Run run({test::redCellShape()}, periodicCube(12.0), {16});  // 0.75
+  Run run({test::redCellShape()}, test::periodicCube(12.0), {16});  // 0.75
   run.settings.maxIterations = 10;
   run.settings.relaxationSweeps = 50;
   CHECK(!run());
@@ -163,7 +159,7 @@ TEST_CASE("Growth of cells that cannot fit ends with every cell as large as poss
 }
 
 TEST_CASE("Growth stops when requested") {
-  Run run({test::redCellShape()}, periodicCube(16.0), {20});
+  Run run({test::redCellShape()}, test::periodicCube(16.0), {20});
   run.seed();
   ChordPlanes chords(run.physics);
   GrowthCallbacks callbacks;
@@ -173,7 +169,7 @@ TEST_CASE("Growth stops when requested") {
 }
 
 TEST_CASE("Growth rejects an invalid initial state and names the cells") {
-  Run run({test::redCellShape()}, periodicCube(16.0), {3});
+  Run run({test::redCellShape()}, test::periodicCube(16.0), {3});
   run.seed();
   ChordPlanes chords(run.physics);
   std::vector<Body> overlapping = run.state;
@@ -190,7 +186,7 @@ TEST_CASE("Growth rejects an invalid initial state and names the cells") {
 }
 
 TEST_CASE("A relaxation at a scale gives a valid state of that scale or changes nothing") {
-  Run run({test::redCellShape()}, periodicCube(16.0), {20});
+  Run run({test::redCellShape()}, test::periodicCube(16.0), {20});
   run.seed();
   GrowingCells cells(run.physics, run.execution, run.state, 1e9, 0);
   REQUIRE(relaxAtScale(run.physics, run.execution, 0.8, 400, {}, cells));

@@ -41,13 +41,13 @@ class HalfSpace : public Wall {
   explicit HalfSpace(double slack = 0.0) : slack_(slack) {}
   WallDistance distance(const Vec3& p) const override { return {p.x() + slack_, Vec3::UnitX()}; }
   double slack() const override { return slack_; }
-  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double usualGapOfInterest) const override {
     ++asked;
     const Box box = boundingBox(placed(cell.hierarchy.mesh(), cell.placement));
     WallVerdict verdict;
     if (box.lo.x() <= 0.0)
       verdict.violation = box.hi.x() < 0.0 ? "is outside the lumen" : "meets the wall";
-    else if (box.lo.x() < gapOfInterest)
+    else if (box.lo.x() < usualGapOfInterest)
       verdict.gap = box.lo.x();
     return verdict;
   }
@@ -333,7 +333,7 @@ TEST_CASE("Gaps are measured beyond those that are required", "[certificate]") {
   const Certificate usual = certificate(0.0, 0.0, 0.0);
   CHECK(usual.minimumGap == infinite);
   CHECK(usual.minimumWallGap == infinite);
-  CHECK(usual.gapsMeasuredUpTo == gapOfInterest);
+  CHECK(usual.gapsMeasuredUpTo == usualGapOfInterest);
   const Certificate wide = certificate(1.5, 0.0, 0.0);
   CHECK(wide.clean());
   CHECK(wide.minimumGap == Approx(1.6).margin(1e-3));

@@ -16,7 +16,7 @@ using namespace packmesh;
 
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 void requireSame(const Certificate& found, const Certificate& expected) {
   REQUIRE(found.cells == expected.cells);
@@ -144,8 +144,8 @@ TEST_CASE("An updated certificate equals, field by field, a new one", "[certific
         const Certificate& now = certifier.certificate();
         requireSame(now, certify(input, interest));
         clean += now.clean();
-        rising += before > 0.0 && now.minimumGap > before && now.minimumGap < infinite;
-        notMeasured += now.minimumGap == infinite;
+        rising += before > 0.0 && now.minimumGap > before && now.minimumGap < unlimited;
+        notMeasured += now.minimumGap == unlimited;
         for (const OverlappingPair& p : now.overlapping) {
           ++(p.gap > 0.0 ? tooNear : overlaps);
           ownImages += p.first == p.second;
@@ -218,7 +218,7 @@ TEST_CASE("The smallest gap is found again when its pair separates", "[certifica
   REQUIRE(part(4) == 0.0625);
   REQUIRE(part(1) == 0.25);
   REQUIRE(part(0) == 0.5);
-  REQUIRE(part(3) == infinite);
+  REQUIRE(part(3) == unlimited);
 }
 
 TEST_CASE("After repair of a pair that was too close, the cells are examined once", "[certificate]") {

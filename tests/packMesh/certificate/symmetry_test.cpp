@@ -18,17 +18,17 @@ using namespace packmesh;
 
 namespace {
 
-using Pairs = std::set<std::pair<std::int64_t, std::int64_t>>;
+using SymmetricPairs = std::set<std::pair<std::int64_t, std::int64_t>>;
 
 /// Red cells, platelets and a lopsided body in a box, some of which meet.
-struct Crowd {
+struct SymmetricCrowd {
   std::vector<test::ShapePointer> shapes = {test::redCellShape(), test::hemocellShape("PLT"),
                                             std::make_shared<const Shape>(test::convexMesh(3))};
   std::vector<PlacedCell> cells;
   Vec3 size = Vec3(21.0, 24.0, 27.0);
   std::array<bool, 3> periodic = {true, true, true};
 
-  explicit Crowd(unsigned seed, int count = 40) {
+  explicit SymmetricCrowd(unsigned seed, int count = 40) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> part(0.0, 1.0);
     for (int i = 0; i < count; ++i)
@@ -49,8 +49,8 @@ struct Crowd {
   }
 
   /// Without the cells that meet others.
-  Crowd apart() const {
-    Crowd kept = *this;
+  SymmetricCrowd apart() const {
+    SymmetricCrowd kept = *this;
     std::set<std::int64_t> out;
     for (const OverlappingPair& pair : certificate().overlapping)
       if (!out.count(pair.first)) out.insert(pair.second);
@@ -61,8 +61,8 @@ struct Crowd {
   }
 };
 
-Pairs pairsOf(const Certificate& certificate) {
-  Pairs pairs;
+SymmetricPairs pairsOf(const Certificate& certificate) {
+  SymmetricPairs pairs;
   for (const OverlappingPair& pair : certificate.overlapping)
     pairs.insert(std::minmax(pair.first, pair.second));
   return pairs;
@@ -83,8 +83,8 @@ std::vector<Mat3> cubeSymmetries() {
 }
 
 /// A packing turned or mirrored about the box's middle.
-Crowd mapped(const Crowd& crowd, const Mat3& map) {
-  Crowd out = crowd;
+SymmetricCrowd mapped(const SymmetricCrowd& crowd, const Mat3& map) {
+  SymmetricCrowd out = crowd;
   out.size = (map * crowd.size).cwiseAbs();
   const Vec3 corner = (map * crowd.size).cwiseMin(0.0);
   for (PlacedCell& cell : out.cells)
@@ -96,21 +96,21 @@ Crowd mapped(const Crowd& crowd, const Mat3& map) {
 
 TEST_CASE("Certificates of permuted cells contain the same pairs", "[certificate]") {
   for (unsigned seed = 0; seed < 6; ++seed) {
-    const Crowd crowd(seed);
+    const SymmetricCrowd crowd(seed);
     const Certificate before = crowd.certificate();
     REQUIRE_FALSE(before.clean());
     std::vector<std::int64_t> order(crowd.cells.size());
     std::iota(order.begin(), order.end(), 0);
     std::shuffle(order.begin(), order.end(), std::mt19937(seed));
-    Crowd shuffled = crowd;
+    SymmetricCrowd shuffled = crowd;
     for (std::size_t i = 0; i < order.size(); ++i) shuffled.cells[i] = crowd.cells[order[i]];
-    Pairs renamed;
+    SymmetricPairs renamed;
     for (const auto& [first, second] : pairsOf(shuffled.certificate()))
       renamed.insert(std::minmax(order[first], order[second]));
     CHECK(renamed == pairsOf(before));
 
-    const Crowd apart = crowd.apart();
-    Crowd backwards = apart;
+    const SymmetricCrowd apart = crowd.apart();
+    SymmetricCrowd backwards = apart;
     std::reverse(backwards.cells.begin(), backwards.cells.end());
     REQUIRE(apart.certificate().clean());
     CHECK(backwards.certificate().minimumGap == Approx(apart.certificate().minimumGap).epsilon(1e-12));
@@ -122,14 +122,14 @@ TEST_CASE("Certificates of rotated and mirrored packings contain the same pairs"
   const std::vector<Mat3> maps = cubeSymmetries();
   REQUIRE(maps.size() == 48);
   for (const bool walls : {false, true}) {
-    Crowd crowd(walls ? 11 : 10);
+    SymmetricCrowd crowd(walls ? 11 : 10);
     if (walls) crowd.periodic = {true, false, true};
-    const Crowd apart = crowd.apart();
+    const SymmetricCrowd apart = crowd.apart();
     const Certificate before = crowd.certificate(), clean = apart.certificate();
     REQUIRE_FALSE(before.overlapping.empty());
     REQUIRE(before.misplaced.empty() != walls);
     for (const Mat3& map : maps) {
-      const auto periodicOf = [&](Crowd one) {
+      const auto periodicOf = [&](SymmetricCrowd one) {
         for (int k = 0; k < 3; ++k)
           for (int from = 0; from < 3; ++from)
             if (map(k, from) != 0.0) one.periodic[k] = crowd.periodic[from];
@@ -156,22 +156,22 @@ TEST_CASE("Certificates of translated and arbitrarily rotated packings contain t
   std::mt19937 random(5);
   for (unsigned seed = 20; seed < 26; ++seed) {
     // Shifted in a periodic box, and by whole periods.
-    const Crowd crowd(seed);
+    const SymmetricCrowd crowd(seed);
     std::uniform_real_distribution<double> part(0.0, 1.0);
     std::uniform_int_distribution<int> periods(-2, 2);
     const Vec3 shift(part(random), part(random), part(random));
-    Crowd moved = crowd;
+    SymmetricCrowd moved = crowd;
     for (PlacedCell& cell : moved.cells)
       cell.placement.translation +=
           crowd.size.cwiseProduct(shift + Vec3(periods(random), periods(random), periods(random)));
     CHECK(pairsOf(moved.certificate()) == pairsOf(crowd.certificate()));
 
     // Turned by any angle, where there is no period.
-    Crowd free = crowd;
+    SymmetricCrowd free = crowd;
     free.size *= 10.0;
     for (PlacedCell& cell : free.cells) cell.placement.translation += 4.0 * crowd.size;
     const Mat3 turn = test::randomRotation(random);
-    Crowd turned = free;
+    SymmetricCrowd turned = free;
     for (PlacedCell& cell : turned.cells) {
       const Vec3 middle = 0.5 * free.size;
       cell.placement = {turn * cell.placement.linear, turn * (cell.placement.translation - middle) + middle};
@@ -184,12 +184,12 @@ TEST_CASE("Certificates of translated and arbitrarily rotated packings contain t
 
 TEST_CASE("Certificates scale with the packing, to the bit for powers of two", "[certificate]") {
   for (unsigned seed = 30; seed < 33; ++seed) {
-    const Crowd crowd(seed), apart = crowd.apart();
-    const Pairs pairs = pairsOf(crowd.certificate());
+    const SymmetricCrowd crowd(seed), apart = crowd.apart();
+    const SymmetricPairs pairs = pairsOf(crowd.certificate());
     const double gap = apart.certificate().minimumGap;
     REQUIRE(gap < 1.0);
     for (const double scale : {0x1p-20, 0.125, 0.5, 2.0, 64.0, 0x1p20, 0.1, 3.7, 1e3}) {
-      const auto scaled = [&](Crowd one) {
+      const auto scaled = [&](SymmetricCrowd one) {
         one.size *= scale;
         for (PlacedCell& cell : one.cells) {
           cell.placement.linear *= scale;
@@ -214,7 +214,7 @@ TEST_CASE("Cells whose faces are 1e-12 µm apart do not overlap, but touching on
   for (const double gap : {1e-12, 3e-11, 1e-9, 1e-6, 1e-3, 0.0, -1e-12, -1e-6})
     for (const int where : {0, 1, 2}) {  // neighbours; images across a period; a wall
       CAPTURE(gap, where);
-      Crowd two(0, 0);
+      SymmetricCrowd two(0, 0);
       two.shapes = {cube};
       two.size = Vec3(16.0, 8.0, 8.0);
       two.periodic = {where < 2, true, true};
@@ -243,7 +243,7 @@ TEST_CASE("Red cells at any angle that are 1e-12 µm apart are distinguished fro
           "[certificate]") {
   std::mt19937 random(9);
   for (int i = 0; i < 25; ++i) {
-    Crowd two(0, 0);
+    SymmetricCrowd two(0, 0);
     two.size = Vec3::Constant(60.0);
     const Vec3 at(20.0, 30.0, 30.0), direction = test::randomDirection(random);
     two.cells = {{0, {test::randomRotation(random), at}}, {0, {test::randomRotation(random), at}}};

@@ -15,23 +15,23 @@ using namespace packmesh;
 
 namespace {
 
-constexpr double length = 30.0, radius = 8.0;
+constexpr double tubeLength = 30.0, tubeRadius = 8.0;
 constexpr std::array<bool, 3> alongX = {true, false, false}, none = {};
 
 std::vector<std::shared_ptr<const Container>> pipes(bool periodic) {
-  return {makeCylinder({0.5 * length, 0.0, 0.0}, 0, radius, length, periodic),
-          makeVessel(sample::straightTube(0.0, length, radius, 11, 200), VesselEnds{0, 0.0, length, periodic},
-                     0.25)};
+  return {makeCylinder({0.5 * tubeLength, 0.0, 0.0}, 0, tubeRadius, tubeLength, periodic),
+          makeVessel(sample::straightTube(0.0, tubeLength, tubeRadius, 11, 200),
+                     VesselEnds{0, 0.0, tubeLength, periodic}, 0.25)};
 }
 
 double depthInPipe(const Vec3& p) {
-  return radius - std::hypot(p.y(), p.z());
+  return tubeRadius - std::hypot(p.y(), p.z());
 }
 
 /// A random point in a box around the lumen, which may be outside of it.
 Vec3 pointNear(std::uint64_t n) {
   const auto u = uniform4(7, RandomStream::sample, n, 0);
-  return {-2.0 + (length + 4.0) * u[0], 2.2 * radius * (u[1] - 0.5), 2.2 * radius * (u[2] - 0.5)};
+  return {-2.0 + (tubeLength + 4.0) * u[0], 2.2 * tubeRadius * (u[1] - 0.5), 2.2 * tubeRadius * (u[2] - 0.5)};
 }
 
 }  // namespace

@@ -12,12 +12,12 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-TriangleMesh cube(const Vec3& lo, const Vec3& hi) {
+TriangleMesh blockOf(const Vec3& lo, const Vec3& hi) {
   return makeBox({lo, hi}, {false, false, false})->surface();
 }
 
 Obstacle cubeObstacle(const Vec3& lo, const Vec3& hi, const std::string& name = "cube") {
-  return {cube(lo, hi), name};
+  return {blockOf(lo, hi), name};
 }
 
 std::shared_ptr<const Container> room(std::array<bool, 3> periodic = {false, false, false}) {
@@ -28,12 +28,12 @@ std::shared_ptr<const Container> room(std::array<bool, 3> periodic = {false, fal
 
 TEST_CASE("The volume of a mesh inside a box is exact", "[obstacles]") {
   const Box box{Vec3(0, 0, 0), Vec3(10, 10, 10)};
-  CHECK(volumeInside(cube(Vec3(2, 2, 2), Vec3(4, 5, 6)), box) == Approx(24));
-  CHECK(volumeInside(cube(Vec3(-2, 2, 2), Vec3(4, 5, 6)), box) == Approx(48));
-  CHECK(volumeInside(cube(Vec3(2, 2, -50), Vec3(4, 5, 50)), box) == Approx(60));
-  CHECK(volumeInside(cube(Vec3(-5, -5, -5), Vec3(50, 50, 50)), box) == Approx(1000));
-  CHECK(volumeInside(cube(Vec3(2, 2, 20), Vec3(4, 5, 50)), box) == Approx(0).margin(1e-9));
-  CHECK(volumeInside(cube(Vec3(2, 2, -20), Vec3(4, 5, -10)), box) == Approx(0).margin(1e-9));
+  CHECK(volumeInside(blockOf(Vec3(2, 2, 2), Vec3(4, 5, 6)), box) == Approx(24));
+  CHECK(volumeInside(blockOf(Vec3(-2, 2, 2), Vec3(4, 5, 6)), box) == Approx(48));
+  CHECK(volumeInside(blockOf(Vec3(2, 2, -50), Vec3(4, 5, 50)), box) == Approx(60));
+  CHECK(volumeInside(blockOf(Vec3(-5, -5, -5), Vec3(50, 50, 50)), box) == Approx(1000));
+  CHECK(volumeInside(blockOf(Vec3(2, 2, 20), Vec3(4, 5, 50)), box) == Approx(0).margin(1e-9));
+  CHECK(volumeInside(blockOf(Vec3(2, 2, -20), Vec3(4, 5, -10)), box) == Approx(0).margin(1e-9));
   const TriangleMesh ball = makeSphere(Vec3(10, 5, 10), 3)->surface();
   CHECK(volumeInside(ball, box) == Approx(signedVolume(ball) / 4).epsilon(0.01));
 }
@@ -48,10 +48,10 @@ TEST_CASE("An obstacle is a wall, reduces the volume and must not be touched by 
   CHECK(wall->distance(Vec3(10, 10, 10)).distance < 0);
   CHECK(wall->distance(Vec3(1, 10, 10)).distance == Approx(1).margin(0.01));
   CHECK(wall->distance(Vec3(4, 10, 10)).distance <= 4 + wall->slack());
-  CHECK_FALSE(wall->violation(cube(Vec3(1, 1, 1), Vec3(3, 3, 3))));
-  CHECK_THAT(*wall->violation(cube(Vec3(6, 9, 9), Vec3(8, 11, 11))), Contains("obstacle"));
-  CHECK_THAT(*wall->violation(cube(Vec3(9, 9, 9), Vec3(11, 11, 11))), Contains("obstacle"));
-  CHECK(wall->violation(cube(Vec3(-1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_FALSE(wall->violation(blockOf(Vec3(1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_THAT(*wall->violation(blockOf(Vec3(6, 9, 9), Vec3(8, 11, 11))), Contains("obstacle"));
+  CHECK_THAT(*wall->violation(blockOf(Vec3(9, 9, 9), Vec3(11, 11, 11))), Contains("obstacle"));
+  CHECK(wall->violation(blockOf(Vec3(-1, 1, 1), Vec3(3, 3, 3))));
   CHECK_THAT(container->describe(), Contains("1 obstacle"));
 }
 
@@ -61,14 +61,14 @@ TEST_CASE("Obstacles repeat along periodic axes", "[obstacles]") {
   CHECK(container->volume() == Approx(8000 - 64));
   CHECK(container->wall()->distance(Vec3(17, 10, 10)).distance == Approx(1).margin(0.01));
   CHECK(container->wall()->distance(Vec3(19, 10, 10)).distance < 0);
-  CHECK(container->wall()->violation(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
+  CHECK(container->wall()->violation(blockOf(Vec3(17, 9, 9), Vec3(19, 11, 11))));
 }
 
 TEST_CASE("The wall gap includes obstacles, their images and the wall around them", "[obstacles]") {
   const auto container = subtractObstacles(
       room({true, false, false}),
       {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12)), cubeObstacle(Vec3(8, 8, 8), Vec3(10, 10, 10))});
-  const MeshHierarchy cell(cube(Vec3(-1, -1, -1), Vec3(1, 1, 1)));
+  const MeshHierarchy cell(blockOf(Vec3(-1, -1, -1), Vec3(1, 1, 1)));
   const auto examined = [&](const Vec3& p, double interest) {
     return container->wall()->examine({cell, {Mat3::Identity(), p}}, interest);
   };
@@ -111,17 +111,17 @@ TEST_CASE("Overlapping obstacles act as one body in volume, distance, wall test 
   CHECK(wall->distance(Vec3(5.5, 3, 3)).distance == Approx(0.5).margin(0.02));
   CHECK(wall->distance(Vec3(4.5, 4.5, 4.5)).distance < 0);
   CHECK(wall->distance(Vec3(6.5, 6.5, 7.5)).distance == Approx(0.5).margin(0.02));
-  CHECK_FALSE(wall->violation(cube(Vec3(5.1, 1, 1), Vec3(8, 3.9, 3.9))));
-  CHECK(wall->violation(cube(Vec3(4.2, 4.2, 4.2), Vec3(4.8, 4.8, 4.8))));
-  CHECK(wall->violation(cube(Vec3(5.1, 1, 1), Vec3(8, 4.1, 4.1))));
+  CHECK_FALSE(wall->violation(blockOf(Vec3(5.1, 1, 1), Vec3(8, 3.9, 3.9))));
+  CHECK(wall->violation(blockOf(Vec3(4.2, 4.2, 4.2), Vec3(4.8, 4.8, 4.8))));
+  CHECK(wall->violation(blockOf(Vec3(5.1, 1, 1), Vec3(8, 4.1, 4.1))));
   // Of the 12 triangles of c none is seen, of those that cross all.
   CHECK(container->surface().triangles.size() == 12 + 12 + 12);
 
   const auto bar =
       subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-1, 5, 5), Vec3(21, 8, 8))});
   CHECK(bar->volume() == Approx(8000 - 180).margin(0.8));
-  CHECK(bar->wall()->violation(cube(Vec3(19, 6, 6), Vec3(22, 7, 7))));
-  CHECK_FALSE(bar->wall()->violation(cube(Vec3(19, 1, 1), Vec3(22, 4.9, 4.9))));
+  CHECK(bar->wall()->violation(blockOf(Vec3(19, 6, 6), Vec3(22, 7, 7))));
+  CHECK_FALSE(bar->wall()->violation(blockOf(Vec3(19, 1, 1), Vec3(22, 4.9, 4.9))));
 }
 
 TEST_CASE("Obstacles can extend beyond a round wall", "[obstacles]") {
@@ -138,8 +138,8 @@ TEST_CASE("A ball and a bar that extend beyond the wall form a stenosis", "[obst
                                                  cubeObstacle(Vec3(2, 12, 9), Vec3(18, 20, 11))});
   CHECK(stenosis->volume() < pipe->volume() - 16 * 2 * 5);
   CHECK(stenosis->volume() > pipe->volume() - 16 * 2 * 6 - 2.0 / 3.0 * 3.1416 * r * r * r);
-  CHECK(stenosis->wall()->violation(cube(Vec3(9, 13.5, 9), Vec3(11, 14, 11))));
-  CHECK_FALSE(stenosis->wall()->violation(cube(Vec3(9, 4, 9), Vec3(11, 11.9, 11))));
+  CHECK(stenosis->wall()->violation(blockOf(Vec3(9, 13.5, 9), Vec3(11, 14, 11))));
+  CHECK_FALSE(stenosis->wall()->violation(blockOf(Vec3(9, 4, 9), Vec3(11, 11.9, 11))));
   // What lies beyond the round wall, or in another body, is no part of the surface.
   CHECK(stenosis->surface().triangles.size() <
         pipe->surface().triangles.size() + makeSphere(Vec3::Zero(), r)->surface().triangles.size());

@@ -15,9 +15,9 @@ using Catch::Matchers::Contains;
 namespace {
 
 /// The environment of a launcher, instead of that of this test, which a launcher may have started.
-class Environment {
+class RankEnvironment {
  public:
-  explicit Environment(const std::vector<std::pair<std::string, std::string>>& variables) {
+  explicit RankEnvironment(const std::vector<std::pair<std::string, std::string>>& variables) {
     for (const char* name :
          {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK", "PMI_SIZE", "PMI_RANK", "PMI_FD", "MPI_LOCALNRANKS",
           "PMIX_RANK", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID", "SLURM_PTY_PORT", "SLURM_NTASKS"}) {
@@ -29,7 +29,7 @@ class Environment {
     }
     for (const auto& [name, text] : variables) setenv(name.c_str(), text.c_str(), 1);
   }
-  ~Environment() {
+  ~RankEnvironment() {
     for (const auto& [name, text] : before_)
       if (text)
         setenv(name.c_str(), text->c_str(), 1);
@@ -78,7 +78,7 @@ TEST_CASE("The number of tasks is found in the variables of launchers", "[parall
         Case{with(step, {{"OMPI_COMM_WORLD_SIZE", "1"}, {"OMPI_COMM_WORLD_RANK", "0"}}), 1, 0,
              Launcher::ofOpenMpi},
         Case{{{"SLURM_STEP_NUM_TASKS", "many"}}, 1, 0, Launcher::none}}) {
-    const Environment environment(c.variables);
+    const RankEnvironment environment(c.variables);
     const LaunchedTasks tasks = launchedTasks(c.hasTerminal);
     CAPTURE(c.variables);
     CHECK(tasks.count == c.count);

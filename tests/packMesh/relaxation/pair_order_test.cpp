@@ -12,15 +12,15 @@ using namespace packmesh;
 namespace {
 
 /// Bodies anywhere in a cube and pairs between any of them, some of a body with itself.
-struct Scene {
+struct OrderedScene {
   std::vector<Body> bodies;
   std::vector<ContactPair> pairs;
 };
 
-Scene randomScene(unsigned seed, int bodies, int pairs) {
+OrderedScene randomScene(unsigned seed, int bodies, int pairs) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  Scene scene;
+  OrderedScene scene;
   scene.bodies.resize(bodies);
   for (Body& body : scene.bodies) body.position = {unit(random), unit(random), unit(random)};
   for (int k = 0; k < pairs; ++k) {
@@ -34,7 +34,7 @@ Scene randomScene(unsigned seed, int bodies, int pairs) {
 }  // namespace
 
 TEST_CASE("A thread that waits in vain leaves the rest to one thread", "[relaxation]") {
-  const Scene scene = randomScene(1, 50, 1000);
+  const OrderedScene scene = randomScene(1, 50, 1000);
   PairOrder order(scene.pairs, scene.bodies, 0, 50, 4);
   for (int repeat = 0; repeat < 2; ++repeat) {
     std::vector<std::int32_t> pairs, bodies;
@@ -61,7 +61,7 @@ TEST_CASE("Threads resolve the pairs of every body in the order of the list", "[
   for (const int parts : {1, 2, 3, 8})
     for (const int pairs : {0, 1, 40, 4000}) {
       CAPTURE(parts, pairs);
-      const Scene scene = randomScene(pairs + parts, 100, pairs);
+      const OrderedScene scene = randomScene(pairs + parts, 100, pairs);
       const std::int64_t begin = 20, end = 90;
       PairOrder order(scene.pairs, scene.bodies, begin, end, parts);
       REQUIRE(order.parts() == parts);

@@ -36,14 +36,14 @@ Body randomBody(const NamedContainer& c, double reach, std::mt19937& random) {
   return body;
 }
 
-struct Looked {
+struct LookedAtWalls {
   WallSums sums;
   ClusterMask mask = allClusters;
 };
 
-Looked look(InstructionSet set, const SampleView& samples, const WallFrame& frame, double clearance,
-            double margin = 0.0, ClusterMask mask = allClusters) {
-  Looked looked;
+LookedAtWalls look(InstructionSet set, const SampleView& samples, const WallFrame& frame, double clearance,
+                   double margin = 0.0, ClusterMask mask = allClusters) {
+  LookedAtWalls looked;
   std::memset(static_cast<void*>(&looked.sums), 0, sizeof looked.sums);
   looked.mask = mask;
   wallKernel(set)(samples, frame, static_cast<float>(clearance), static_cast<float>(margin), looked.mask,
@@ -51,7 +51,7 @@ Looked look(InstructionSet set, const SampleView& samples, const WallFrame& fram
   return looked;
 }
 
-bool sameBits(const Looked& a, const Looked& b) {
+bool sameBits(const LookedAtWalls& a, const LookedAtWalls& b) {
   return std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0 && a.mask == b.mask;
 }
 
@@ -95,7 +95,8 @@ double worstError(const NamedContainer& c, const WallField& field, bool deep, st
     body.scale = 1.0;
     const OneCluster one({Vec3(4.0 * test::randomDirection(random))});
     const Vec3 p = body.position + body.rotation * one.at(0);
-    const Looked found = look(chosenInstructionSet(), one.view(), field.frameOf(body, 4.0, deep), everything);
+    const LookedAtWalls found =
+        look(chosenInstructionSet(), one.view(), field.frameOf(body, 4.0, deep), everything);
     REQUIRE(found.sums.contacts >= 1);  // several where the gradient vanishes
     if (const auto distance = expected(p))
       worst = std::max(worst, std::abs(everything - found.sums.contact[0].deepest - *distance));
@@ -123,7 +124,7 @@ TEST_CASE("Wall kernels of all instruction sets give the same bits", "[relaxatio
         const SampleView& samples = n % 4 == 0 ? model.coarseSamples : model.samples;
         const WallFrame frame = field.frameOf(body, shape.shape->radius() * body.scale, n % 5 == 0);
         const double margin = n % 3 == 0 ? 0.1 : 0.0;
-        const Looked expected = look(InstructionSet::portable, samples, frame, 0.02, margin);
+        const LookedAtWalls expected = look(InstructionSet::portable, samples, frame, 0.02, margin);
         ++(expected.sums.contacts > 0 ? touching : apart);
         for (const InstructionSet set : others) {
           REQUIRE(sameBits(look(set, samples, frame, 0.02, margin), expected));
@@ -173,7 +174,7 @@ TEST_CASE("Wall distances of sixteen points at once equal those of single points
       double weight = 0.0;
       for (int k = 0; k < 16; ++k)
         weight += everything - fine.sample(body.position + body.rotation * all.at(k)).distance;
-      const Looked found =
+      const LookedAtWalls found =
           look(chosenInstructionSet(), all.view(), field.frameOf(body, 4.0, false), everything);
       REQUIRE(weightOf(found.sums) == Approx(weight).margin(2e-3));
     }
