@@ -7,5 +7,5 @@ command -v cppcheck > /dev/null || { echo "(packMesh) (Error) cppcheck is not in
 cppcheck --enable=warning,performance,portability --std=c++17 --inline-suppr --quiet --error-exitcode=1 -I . \
   --suppressions-list=.cppcheck-suppressions -j "$(nproc)" packMesh hemocell_adapter
 [[ ${1:-} == --tidy ]] || exit 0
-cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON > /dev/null
-git ls-files 'packMesh/*.cpp' 'hemocell_adapter/*.cpp' | xargs -P "$(nproc)" -n 1 clang-tidy -p build --quiet --warnings-as-errors='*'
+cmake --preset dev > /dev/null  # files compiled one by one
+git ls-files 'packMesh/*.cpp' 'hemocell_adapter/*.cpp' | xargs -P "$(nproc)" -n 1 clang-tidy -p build-dev --quiet --warnings-as-errors='*'
