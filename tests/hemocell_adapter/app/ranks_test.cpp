@@ -67,9 +67,13 @@ struct Team {
   int ranks, threads;  ///< threads of each rank
 };
 
+/// Teams differ in whether they divide blocks evenly; those of many ranks take long to start, so that few
+/// tests have them.
+const std::vector<Team> someTeams = {{1, 1}, {1, 4}, {2, 2}, {3, 1}};
+const std::vector<Team> manyTeams = {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {4, 1}, {5, 1}, {8, 1}};
+
 /// Packs in a folder of its own on every number of ranks and threads.
-void requireSameOnRanks(const std::string& arguments,
-                        const std::vector<Team>& teams = {{1, 1}, {1, 4}, {2, 2}, {3, 1}, {4, 1}, {8, 1}}) {
+void requireSameOnRanks(const std::string& arguments, const std::vector<Team>& teams = someTeams) {
   CAPTURE(arguments);
   std::string files, story;
   for (const auto& [ranks, threads] : teams) {
@@ -123,11 +127,11 @@ std::string own(const std::string& text) {
 
 /// Checks on every number of ranks and threads.
 void requireSameCheck(const TemporaryFolder& folder, const std::string& arguments, int exitCode,
-                      const std::string& words) {
+                      const std::string& words, const std::vector<Team>& teams = someTeams) {
   CAPTURE(arguments);
   const std::set<fs::path> before = filesIn(folder.path());
   std::string files, story;
-  for (const auto& [ranks, threads] : {Team{1, 1}, Team{1, 3}, Team{2, 1}, Team{3, 2}, Team{5, 1}}) {
+  for (const auto& [ranks, threads] : teams) {
     CAPTURE(ranks, threads);
     const Ran ran = run(folder.path(), arguments, "packMesh",
                         "OMP_NUM_THREADS=" + std::to_string(threads) + " " + onRanks(ranks));
@@ -149,36 +153,32 @@ void requireSameCheck(const TemporaryFolder& folder, const std::string& argument
 
 }  // namespace
 
-TEST_CASE("A case gives the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("A case gives the same files and messages on any ranks", "[ranks]") {
   requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov --state state.h5");
   requireSameOnRanks("config.xml --hematocrit 0.5 --max-iterations 10 --best-effort");
 }
 
-TEST_CASE("All outputs are the same on 1, 2, 3 and 5 ranks with both methods", "[ranks]") {
+TEST_CASE("All outputs are the same on any ranks with both methods", "[ranks]") {
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export "
       "lammps-molecular --export mirheo --export stl";
-  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs,
-                     {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
-  if (hasCat())
-    requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs,
-                       {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
-  requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp",
-                     {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
+  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, manyTeams);
+  if (hasCat()) requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs);
+  requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp");
 }
 
-TEST_CASE("Boxes and tubes give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Boxes and tubes give the same files and messages on any ranks", "[ranks]") {
   requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
   requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
-  requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5");
+  requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5", manyTeams);
 }
 
-TEST_CASE("Method cat gives the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Method cat gives the same files and messages on any ranks", "[ranks]") {
   if (!hasCat()) return;
   requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
 }
 
-TEST_CASE("Escapes give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Escapes give the same files and messages on any ranks", "[ranks]") {
   if (!hasCat()) return;
   requireSameOnRanks(
       "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
@@ -186,35 +186,35 @@ TEST_CASE("Escapes give the same files and messages on 1, 2, 3, 4 and 8 ranks", 
       "--growth attempts 1");
 }
 
-TEST_CASE("CAT faces give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("CAT faces give the same files and messages on any ranks", "[ranks]") {
   if (!hasCat()) return;
   requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
 }
 
-TEST_CASE("Tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Tiles and exports are the same on any ranks", "[ranks]") {
   requireSameOnRanks(
       "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export "
       "lammps-molecular --export mirheo --export stl");
 }
 
-TEST_CASE("Columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Columns are the same on any ranks", "[ranks]") {
   requireSameOnRanks(
       "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
       "--best-effort "
       "--max-iterations 40");
 }
 
-TEST_CASE("Layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Layers and directions are the same on any ranks", "[ranks]") {
   requireSameOnRanks(
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
 
-TEST_CASE("Profiles are the same on 1, 2, 3, 4 and 8 ranks", "[ranks][profile]") {
+TEST_CASE("Profiles are the same on any ranks", "[ranks][profile]") {
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --profile developed --state state.h5");
   requireSameOnRanks("--cylinder x 14 60 --ends periodic --discharge-hematocrit 0.4 --profile developed");
 }
 
-TEST_CASE("Packings for several spacings are the same on 1, 2, 3, 4 and 8 ranks", "[ranks][alsodx]") {
+TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][alsodx]") {
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
 }
 
@@ -270,12 +270,12 @@ TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the remaining ranks were idle"));
 }
 
-TEST_CASE("check says and writes the same on 1, 2, 3 and 5 ranks", "[ranks]") {
+TEST_CASE("check says and writes the same on any ranks", "[ranks]") {
   const SampleCase folder;
   REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5").exitCode == 0);
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --export csv --export lammps-molecular --export stl";
-  requireSameCheck(folder, "check config.xml" + outputs, 0, "Verdict: clean");
+  requireSameCheck(folder, "check config.xml" + outputs, 0, "Verdict: clean", manyTeams);
   requireSameCheck(folder, "check config.xml --start state.h5 --report report.json", 0, "Verdict: clean");
   requireSameCheck(folder,
                    "check config.xml --verbose --clearance 0.2 --wall-clearance 0.5 --report report.json", 4,
@@ -289,7 +289,7 @@ TEST_CASE("check says and writes the same on 1, 2, 3 and 5 ranks", "[ranks]") {
   requireSameCheck(folder, "check config.xml", 4, "perhaps they are in metres");
 }
 
-TEST_CASE("check of periodic boxes says the same on 1, 2, 3 and 5 ranks", "[ranks]") {
+TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks]") {
   const TemporaryFolder folder;
   const std::string box = " --box 60 30 30 --ends periodic";
   REQUIRE(run(folder.path(), "60 30 30 --ends periodic --hematocrit 0.3").exitCode == 0);
@@ -303,8 +303,7 @@ TEST_CASE("check of periodic boxes says the same on 1, 2, 3 and 5 ranks", "[rank
   requireSameCheck(folder, "check" + box, 0, "Verdict: clean");
 }
 
-TEST_CASE("check of cells that all overlap ends the search at the same cell on 1, 2, 3 and 5 ranks",
-          "[ranks]") {
+TEST_CASE("check of cells that all overlap ends the search at the same cell on any ranks", "[ranks]") {
   const TemporaryFolder folder;
   std::string heap = "700\n", heaps = "1400\n";
   for (int i = 0; i < 700; ++i) {
@@ -321,10 +320,10 @@ TEST_CASE("check of cells that all overlap ends the search at the same cell on 1
     late += fmt::format("{} {} {} 0 0 0\n", 9 * (i % 6) + 5, 9 * (i / 6 % 6) + 5, 9 * (i / 36) + 5);
   late += heap.substr(heap.find('\n') + 1);
   writeText(folder.path() / "RBC.pos", late);
-  requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
+  requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least", manyTeams);
 }
 
-TEST_CASE("check refuses files with the same words on 1, 2, 3 and 5 ranks", "[ranks]") {
+TEST_CASE("check refuses files with the same words on any ranks", "[ranks]") {
   const TemporaryFolder folder;
   std::string lines;
   for (int i = 0; i < 20; ++i)
@@ -341,7 +340,7 @@ TEST_CASE("check refuses files with the same words on 1, 2, 3 and 5 ranks", "[ra
   requireSameCheck(folder, "check --box 60 60 60", 0, "a blank line between cells");
 }
 
-TEST_CASE("check of realisations says the same on 1, 2, 3 and 5 ranks", "[ranks]") {
+TEST_CASE("check of realisations says the same on any ranks", "[ranks]") {
   const TemporaryFolder folder;
   REQUIRE(run(folder.path(), "30 30 30 --hematocrit 0.2 --realisations 3").exitCode == 0);
   requireSameCheck(folder, "check --box 30 30 30", 0, "Verdict: 3 of 3 folders clean");
