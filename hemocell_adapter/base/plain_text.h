@@ -7,9 +7,6 @@
 
 namespace packmesh::hemocell {
 
-/// True if `text` is plain (see plainText()) and, apart from blanks of ASCII, without invisible characters.
-bool isVisible(std::string_view text);
-
 /// `text` with `?` for every byte that is not plain: not UTF-8, or of control characters, byte order marks
 /// and characters that change the direction of the text after them. Line ends and tabs are kept.
 std::string plainText(std::string_view text);

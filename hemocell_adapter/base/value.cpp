@@ -150,8 +150,8 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
 }  // namespace
 
 bool isCellName(const std::string& text) {
-  if (text.empty() || text.size() > longestName || !isVisible(text)) return false;
-  if (text.find_first_of("/\\ ,\"'#;") != std::string::npos) return false;
+  if (text.empty() || text.size() > longestName || plainText(text) != text) return false;
+  if (text.find_first_of("/\\ \t\n,\"'#;") != std::string::npos) return false;
   constexpr const char* first[] = {".", "=", "+", "-", "@", "＝", "＋", "－", "＠"};
   return std::none_of(std::begin(first), std::end(first),
                       [&](const char* character) { return text.rfind(character, 0) == 0; });
@@ -159,7 +159,7 @@ bool isCellName(const std::string& text) {
 
 std::string expectedCellName() {
   return fmt::format(
-      "a cell name of at most {} bytes without blanks, invisible characters, slashes, commas, semicolons, "
+      "a cell name of at most {} bytes without blanks, control characters, slashes, commas, semicolons, "
       "quotes and #, not beginning with one of . = + - @",
       longestName);
 }

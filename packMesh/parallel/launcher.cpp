@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/parallel/launcher.h"
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <mpi.h>
@@ -9,15 +8,12 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <optional>
 
 #include "packMesh/core/environment.h"
 
 namespace packmesh {
 namespace {
-
-namespace fs = std::filesystem;
 
 bool isSet(const char* variable) {
   return std::getenv(variable) != nullptr;
@@ -43,23 +39,6 @@ std::string mpiLibrary() {
 
 bool isOpenMpi() {
   return mpiLibrary().rfind("Open MPI", 0) == 0;
-}
-
-/// False if Open MPI was surely built without Slurm's PMI-2: other components are files beside its library,
-/// this one is not.
-bool openMpiMayHavePmi2() {
-  if (mpiLibrary().rfind("Open MPI v4", 0) != 0) return false;  // later versions have PMIx only
-  Dl_info library;
-  if (dladdr(dlsym(RTLD_DEFAULT, "MPI_Init"), &library) == 0) return true;
-  std::error_code ignored;
-  for (const auto& beside :
-       fs::directory_iterator(fs::canonical(library.dli_fname, ignored).parent_path(), ignored)) {
-    if (beside.path().filename().string().rfind("openmpi", 0) != 0) continue;
-    for (const auto& file : fs::recursive_directory_iterator(beside.path(), ignored))
-      if (file.path().filename() == "mca_pmix_isolated.so")
-        return fs::exists(file.path().parent_path() / "mca_pmix_s2.so", ignored);
-  }
-  return true;
 }
 
 }  // namespace
@@ -96,11 +75,9 @@ bool canBeRanks(const LaunchedTasks& tasks) {
     case Launcher::pmix:
       return tasks.several() || !tasks.bySlurm;  // others do not state the number of tasks
     case Launcher::hydra:
-      return tasks.several() && !isOpenMpi();
-    case Launcher::slurm:
-      return tasks.several() && !isOpenMpi();  // others can ask srun by PMI-1
+    case Launcher::slurm:  // others than Open MPI can ask srun by PMI-1
     case Launcher::slurmPmi2:
-      return tasks.several() && (!isOpenMpi() || openMpiMayHavePmi2());
+      return tasks.several() && !isOpenMpi();
     case Launcher::ofOpenMpi:
     case Launcher::none:
       break;

@@ -16,6 +16,7 @@ from packmesh import command, files
 from packmesh.errors import InputError
 from packmesh.formats import File, Format, lammps, membranes, particles, plain, vtk
 from packmesh.packing_file import PackingFile
+from packmesh.report_file import is_plain
 
 FORMATS: "dict[str, Format]" = {
     "csv": plain.csv, "espresso": membranes.espresso, "extxyz": particles.extxyz, "gsd": particles.gsd, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
@@ -31,7 +32,7 @@ def exported(packing: PackingFile, formats: Sequence[str]) -> List[File]:
     for kind in packing.kinds:
         if any(name not in FOR_LOOKING for name in formats) and not is_cell_name(kind.name):
             raise InputError(f"export: other programs may misread the name '{kind.name}'; expected a cell name without blanks, "
-                             "invisible characters, slashes, commas, semicolons, quotes and #, not beginning with one of . = + - @")
+                             "control characters, slashes, commas, semicolons, quotes and #, not beginning with one of . = + - @")
     found = {}
     for name in formats:
         if name not in FORMATS:
@@ -43,7 +44,7 @@ def exported(packing: PackingFile, formats: Sequence[str]) -> List[File]:
 
 def is_cell_name(name: str) -> bool:
     """Whether packMesh gives it: no formula to a spreadsheet, no separators (isCellName() of the program)."""
-    return bool(name) and name.isprintable() and name[0] not in ".=+-@＝＋－＠" and not any(c in " ,;#\"'/\\" for c in name)
+    return bool(name) and is_plain(name) and name[0] not in ".=+-@＝＋－＠" and not any(c in " ,;#\"'/\\" for c in name)
 
 
 def write(exports: Sequence[File], folder: str) -> List[str]:

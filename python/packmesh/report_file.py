@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any, Callable, Dict, Iterator, Optional
 
 from packmesh.errors import InputError
@@ -128,9 +129,14 @@ def _parts(report: Any) -> Iterator[Any]:
         left += [(one, depth + 1) for one in (part.values() if isinstance(part, dict) else part if isinstance(part, list) else ())]
 
 
+def is_plain(text: str) -> bool:
+    """Whether it has no control characters, and none that change the direction of what follows them (plainText() of the program)."""
+    return not re.search("[\0-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ufeff\ud800-\udfff]", text)
+
+
 def _is_name(name: Any) -> bool:
-    """Whether packMesh writes it: not invisible, and no formula to a spreadsheet."""
-    return isinstance(name, str) and name.isprintable() and not name.startswith(("=", "+", "-", "@"))
+    """Whether packMesh writes it: plain, and no formula to a spreadsheet."""
+    return isinstance(name, str) and is_plain(name) and not name.startswith(("=", "+", "-", "@"))
 
 
 def _require_plain(report: Any) -> None:

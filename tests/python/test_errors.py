@@ -278,7 +278,7 @@ def test_paths_that_are_not_utf_8(tmp_path, monkeypatch, tube):
 
 
 def test_names_that_a_spreadsheet_takes_for_a_formula(tmp_path):
-    for name in ("=1+1", "+A", "-A", "@A", "\u202eA", "\ufeffA", "A\u200bB", "A\u00a0B"):
+    for name in ("=1+1", "+A", "-A", "@A", "\u202eA", "\ufeffA", "A\x9bB", "A B"):
         with pytest.raises(packmesh.InputError, match="expected a cell name"):
             packmesh.pack(box=(20, 20, 20), species={name: packmesh.Species(count=2, ellipsoid=(1, 1, 1))})
         with pytest.raises(packmesh.InputError, match="expected a cell name"):

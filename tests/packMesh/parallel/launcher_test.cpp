@@ -93,6 +93,8 @@ TEST_CASE("MPI is initialised only if tasks can be ranks", "[parallel]") {
   CHECK_FALSE(canBeRanks({Launcher::pmix, true, 1, 0}));
   CHECK(canBeRanks({Launcher::ofOpenMpi, false, 2, 1}));
   CHECK(canBeRanks({Launcher::pmix, true, 2, 0}));
+  // Whether by PMI-2 or not: Open MPI cannot, others can.
+  CHECK(canBeRanks({Launcher::slurmPmi2, true, 2, 0}) == canBeRanks({Launcher::hydra, false, 2, 0}));
   CHECK(canBeRanks({Launcher::pmix, false, 1, 0}));  // the number of tasks is not known
 }
 
