@@ -25,7 +25,7 @@ constexpr int smallBlock = 16;
 constexpr int mostCandidates = 100, fewCandidates = 6;
 
 /// Upper bound of the error of distances from squared distances in floats [µm].
-constexpr float rounding = 1e-4f;
+constexpr float roundingOfFloats = 1e-4f;
 
 /// Blocks this many times their radius inside the surface are not measured point by point.
 constexpr double farInside = 4.0;
@@ -163,7 +163,7 @@ class SignedDistances::Search {
     for (int c = 0; c < candidates; ++c)
       for (int p = 0; p < count; ++p) nearest[p] = std::min(nearest[p], toParts_[lanes * c + p]);
     for (int p = 0; p < count; ++p) {
-      const float furthest = std::sqrt(nearest[p]) + 2.0f * radius[p] + rounding;
+      const float furthest = std::sqrt(nearest[p]) + 2.0f * radius[p] + roundingOfFloats;
       chosen_.clear();
       for (int c = 0; c < candidates; ++c)
         if (toParts_[lanes * c + p] <= furthest * furthest) chosen_.push_back(c);
@@ -217,7 +217,7 @@ class SignedDistances::Search {
     if (at > 0) {
       const std::size_t before = here - (axis == 0 ? 1 : axis == 1 ? coordinates_[0].size() : slab_);
       const double apart = coordinates_[axis][at] - coordinates_[axis][at - 1];
-      if (std::abs(distance_[before]) + distance_[here] > apart + rounding)
+      if (std::abs(distance_[before]) + distance_[here] > apart + roundingOfFloats)
         return std::signbit(distance_[before]);
     }
     const Vec3 p = position(i, j, k);
