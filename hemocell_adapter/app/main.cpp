@@ -14,7 +14,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"
 #include "packMesh/parallel/launcher.h"

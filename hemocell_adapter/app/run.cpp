@@ -130,11 +130,11 @@ struct Locks {
   std::optional<RunLock> folder, state;
 };
 
-/// @param writes false: nothing will be written
-Locks locksOf(const OutputRequest& output, bool writes, const Communicator& ranks) {
+/// From here on a signal does not end the run at once: there are files to remove.
+Locks locksOf(const OutputRequest& output, const Communicator& ranks) {
+  pollInterruption();
   Locks locks;
   onFirstRank(ranks, [&] {
-    if (!writes) return;
     locks.folder.emplace(RunLock::ofFolder(output.folder));
     if (output.stateFile) locks.state.emplace(RunLock::ofFile(*output.stateFile));
   });
@@ -162,7 +162,7 @@ ExitCode tellForecast(const Problem& problem) {
 
 /// Packs and writes.
 RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& problem) {
-  pollInterruption();
+  const Locks locks = locksOf(problem->request.output, problem->ranks);
   const Request& request = problem->request;
   const std::optional<fs::path>& stateFile = request.output.stateFile;
   std::optional<Packing> packing;
@@ -187,7 +187,6 @@ RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
   const Request& request = completed.request;
   Session session(writtenToFiles, {interrupted, {}}, ranks);
   requireWritableFolders(request, ranks);
-  const Locks locks = locksOf(request.output, writes(request), ranks);
   const std::shared_ptr<const Problem> problem = session.problemOf(completed);
   onFirstRank(ranks, [&] { requireWritableOutputs(*problem, request.output, true); });
   if (request.validate) {
@@ -210,7 +209,7 @@ ExitCode runPacking(const CommandLine& commandLine, const Communicator& ranks) {
   if (request.realisations == 1 || !writes(request)) return packOnce(completed, ranks).code;
   OutputRequest folder = request.output;
   folder.stateFile.reset();  // each realisation has its own
-  const Locks locks = locksOf(folder, true, ranks);
+  const Locks locks = locksOf(folder, ranks);
   return runRealisations(completed, ranks, [&](const CompletedRequest& one) { return packOnce(one, ranks); });
 }
 

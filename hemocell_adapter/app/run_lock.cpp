@@ -16,8 +16,6 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/held_signals.h"
-#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/problem/checkpoints.h"
 #include "packMesh/core/temporary_name.h"
@@ -60,10 +58,8 @@ void removeTemporary(const fs::path& folder, const Chosen& chosen) {
 
 }  // namespace
 
-/// A signal that ends the run finds the file either registered or not its own.
 /// @return false if another process has the lock @throws OutputError
 bool RunLock::tryToTake(const fs::path& path) {
-  const HeldSignals held;
   for (;;) {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (descriptor < 0)
@@ -85,7 +81,6 @@ bool RunLock::tryToTake(const fs::path& path) {
     }
     path_ = path;
     descriptor_ = descriptor;
-    atEnd_ = removeWhenEndedAtOnce(path_);
     return true;
   }
 }
@@ -110,9 +105,8 @@ void RunLock::makeFolder(const fs::path& folder) {
   for (fs::path one = folder; !one.empty() && !fs::exists(one, error); one = one.parent_path())
     if (one.has_filename()) missing.push_back(one);
   for (auto one = missing.rbegin(); one != missing.rend(); ++one) {
-    const HeldSignals held;
     if (!fs::create_directory(*one, error)) break;
-    made_.push_back({*one, removeWhenEndedAtOnce(*one)});
+    made_.push_back(*one);
   }
   std::error_code ignored;
   if (!folder.empty() && !fs::is_directory(folder, ignored))
@@ -140,20 +134,14 @@ RunLock RunLock::ofFile(const fs::path& file) {
 RunLock::RunLock(RunLock&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      atEnd_(std::exchange(other.atEnd_, -1)),
       made_(std::exchange(other.made_, {})) {}
 
 RunLock::~RunLock() {
-  const HeldSignals held;
   if (descriptor_ >= 0) {
     ::unlink(path_.c_str());  // while it is locked: no other process can hold a lock on a file without a name
-    keepWhenEnded(atEnd_);
     ::close(descriptor_);
   }
-  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
-    ::rmdir(folder->path.c_str());
-    keepWhenEnded(folder->atEnd);
-  }
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) ::rmdir(folder->c_str());
 }
 
 }  // namespace packmesh::hemocell

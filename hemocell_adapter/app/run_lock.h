@@ -25,11 +25,6 @@ class RunLock {
   ~RunLock();
 
  private:
-  /// A folder made for the lock, to be removed if it stays empty.
-  struct MadeFolder {
-    std::filesystem::path path;
-    int atEnd;  ///< see interruption.h
-  };
   RunLock() = default;
   void makeFolder(const std::filesystem::path& folder);
   void take(const std::filesystem::path& path, const std::filesystem::path& target, const char* kind,
@@ -38,8 +33,7 @@ class RunLock {
 
   std::filesystem::path path_;
   int descriptor_ = -1;
-  int atEnd_ = -1;                     ///< see interruption.h
-  std::vector<MadeFolder> made_ = {};  ///< outermost first
+  std::vector<std::filesystem::path> made_ = {};  ///< folders made for the lock, outermost first
 };
 
 }  // namespace packmesh::hemocell

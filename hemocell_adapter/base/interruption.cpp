@@ -5,14 +5,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cstddef>
-#include <cstring>
-#include <iterator>
-#include <string>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/held_signals.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -21,8 +16,6 @@ namespace {
 constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
 
 volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
-std::atomic<int> held{0}, waiting{0};  ///< HeldSignals that exist, and a signal that came meanwhile
-static_assert(std::atomic<int>::is_always_lock_free);
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
 /// timeout, mpirun and batch systems send the same signal both to a process and to its group: signals within
@@ -35,26 +28,12 @@ time_t now() {
   return time.tv_sec;
 }
 
-/// Files to remove when the program ends, stored so that a signal handler can read their names.
-struct FileAtEnd {
-  volatile sig_atomic_t used = 0;
-  char path[4096] = {};
-};
-FileAtEnd filesAtEnd[16];
-
 [[noreturn]] void endNow(const char* message, std::size_t length) {
-  for (std::size_t i = std::size(filesAtEnd); i-- > 0;)  // what is in a folder before the folder
-    if (filesAtEnd[i].used && unlink(filesAtEnd[i].path) != 0) rmdir(filesAtEnd[i].path);
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message, length);
   _exit(int(ExitCode::interrupted));
 }
 
-extern "C" void onSignal(int number) {
-  if (held > 0) {
-    waiting = number;
-    if (held > 0) return;  // otherwise it may have ended before it saw this
-    if (waiting.exchange(0) == 0) return;
-  }
+extern "C" void onSignal(int) {
   constexpr char early[] = "(packMesh) (Error) interrupted: nothing was written\n";
   constexpr char again[] = "(packMesh) (Error) interrupted again: ended immediately\n";
   if (!polled && !flag) endNow(early, sizeof early - 1);
@@ -97,32 +76,6 @@ void pollInterruption() {
 
 bool interrupted() {
   return flag != 0;
-}
-
-HeldSignals::HeldSignals() {
-  ++held;
-}
-HeldSignals::~HeldSignals() {
-  if (--held > 0) return;
-  if (const int number = waiting.exchange(0)) raise(number);
-}
-
-int removeWhenEndedAtOnce(const std::filesystem::path& path) {
-  const std::string text = path.string();
-  int number = 0;
-  for (FileAtEnd& file : filesAtEnd) {
-    if (!file.used && text.size() < sizeof file.path) {
-      std::memcpy(file.path, text.c_str(), text.size() + 1);
-      file.used = 1;
-      return number;
-    }
-    ++number;
-  }
-  return -1;
-}
-
-void keepWhenEnded(int number) {
-  if (number >= 0) filesAtEnd[number].used = 0;
 }
 
 bool checkpointAsked() {

@@ -2,8 +2,6 @@
 /// @file Signals: interruption and checkpoint requests.
 #pragma once
 
-#include <filesystem>
-
 namespace packmesh::hemocell {
 
 /// From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU end the program immediately, with a message and exit code
@@ -20,11 +18,6 @@ void pollInterruption();
 
 /// True if the flag is set.
 bool interrupted();
-
-/// Registers a file or an empty folder to be removed if a signal ends the program immediately. @return a
-/// number for keepWhenEnded(), negative if too many files are registered
-int removeWhenEndedAtOnce(const std::filesystem::path& file);
-void keepWhenEnded(int number);
 
 /// True if SIGUSR1 was received since the request was last cleared.
 bool checkpointAsked();

@@ -203,13 +203,14 @@ class AcceptedWall final : public Wall {
 }  // namespace
 
 Acceptance::Acceptance(std::shared_ptr<const Lattice> lattice, int minimumDistanceFromSolid)
-    : lattice_(std::move(lattice)),
-      allowed_(lattice_->eroded(nodesWithin(minimumDistanceFromSolid, lattice_->dx()))),
-      minimumDistance_(minimumDistanceFromSolid) {}
+    : lattice_(std::move(lattice)), allowed_(lattice_), minimumDistance_(minimumDistanceFromSolid) {
+  if (const int radius = nodesWithin(minimumDistanceFromSolid, lattice_->dx()); radius > 0)
+    allowed_ = std::make_shared<const Lattice>(lattice_->eroded(radius));
+}
 
 std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertices,
                                                  const AcceptanceExceptions& except) const {
-  const Lattice& allowed = except.anyDistance ? *lattice_ : allowed_;
+  const Lattice& allowed = except.anyDistance ? *lattice_ : *allowed_;
   for (const Vec3& p : vertices) {
     const auto node = nodeOf(p, allowed, except.periodic);
     if (!node) return "a vertex lies outside the lattice";

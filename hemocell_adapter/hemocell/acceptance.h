@@ -36,11 +36,10 @@ class Acceptance {
                                        const AcceptanceExceptions& except = {}) const;
 
   /// Fluid nodes here are the nodes whose vertices are kept.
-  const Lattice& allowedNodes() const { return allowed_; }
+  const Lattice& allowedNodes() const { return *allowed_; }
 
  private:
-  std::shared_ptr<const Lattice> lattice_;
-  Lattice allowed_;
+  std::shared_ptr<const Lattice> lattice_, allowed_;
   int minimumDistance_;  ///< [µm]
 };
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "packMesh/core/error.h"
 
@@ -42,13 +41,6 @@ Lattice::Lattice(std::array<int, 3> nodes, double dx) : nodes_(nodes), dx_(dx), 
     words_[w] = usedBits(nodes[0], static_cast<int>(w % wordsPerRow_));
 }
 
-Lattice::Lattice(std::shared_ptr<const LatticeView> view, double dx, std::optional<std::int64_t> fluidNodes)
-    : nodes_(view->nodes()),
-      dx_(dx),
-      wordsPerRow_(view->wordsPerRow()),
-      view_(std::move(view)),
-      fluidNodes_(fluidNodes) {}
-
 void Lattice::setFluid(int i, int j, int k, bool fluid) {
   setFluid(i, i, j, k, fluid);
 }
@@ -59,45 +51,35 @@ void Lattice::setFluid(int from, int to, int j, int k, bool fluid) {
   if (from > to) return;
   std::uint64_t* words = &words_[rowStart(j, k)];
   for (int w = from >> 6; w <= to >> 6; ++w) {
-    const std::uint64_t bits = bitsBetween(from, to, w);
+    std::uint64_t bits = allBits;
+    if (w == from >> 6) bits &= allBits << (from & 63);
+    if (w == to >> 6) bits &= allBits >> (63 - (to & 63));
     words[w] = fluid ? words[w] | bits : words[w] & ~bits;
   }
 }
 
 std::int64_t Lattice::fluidNodes() const {
-  if (fluidNodes_) return *fluidNodes_;
   std::int64_t count = 0;
-  if (view_) {
-    for (int k = 0; k < nodes_[2]; ++k)
-      for (int j = 0; j < nodes_[1]; ++j)
-        for (int w = 0; w < wordsPerRow_; ++w) count += __builtin_popcountll(view_->word(w, j, k));
-    return count;
-  }
   for (std::uint64_t word : words_) count += __builtin_popcountll(word);
   return count;
 }
 
 bool Lattice::hasFluidNodes() const {
-  if (!view_) return fluidNodes() > 0;
-  if (fluidNodes_) return *fluidNodes_ > 0;
-  for (int k = 0; k < nodes_[2]; ++k)
-    for (int j = 0; j < nodes_[1]; ++j)
-      for (int w = 0; w < wordsPerRow_; ++w)
-        if (view_->word(w, j, k) != 0) return true;
-  return false;
+  return std::any_of(words_.begin(), words_.end(), [](std::uint64_t word) { return word != 0; });
 }
 
 std::optional<std::array<std::array<int, 3>, 2>> Lattice::fluidRange() const {
-  if (fluidRange_) return fluidRange_;
   std::array<int, 3> first = nodes_, last = {-1, -1, -1};
   for (int k = 0; k < nodes_[2]; ++k)
     for (int j = 0; j < nodes_[1]; ++j)
-      for (int i = 0; i < nodes_[0]; ++i) {
-        if (!fluid(i, j, k)) continue;
-        const std::array<int, 3> at = {i, j, k};
+      for (int w = 0; w < wordsPerRow_; ++w) {
+        const std::uint64_t bits = word(w, j, k);
+        if (bits == 0) continue;
+        const std::array<int, 3> low = {64 * w + __builtin_ctzll(bits), j, k},
+                                 high = {64 * w + 63 - __builtin_clzll(bits), j, k};
         for (int a = 0; a < 3; ++a) {
-          first[a] = std::min(first[a], at[a]);
-          last[a] = std::max(last[a], at[a]);
+          first[a] = std::min(first[a], low[a]);
+          last[a] = std::max(last[a], high[a]);
         }
       }
   if (last[0] < 0) return {};
@@ -111,7 +93,6 @@ double Lattice::fluidVolume() const {
 Lattice Lattice::eroded(int radius) const {
   Lattice out = *this;
   if (radius <= 0) return out;
-  if (view_) return {erodedView(view_, radius), dx_, {}};
   const auto [nx, ny, nz] = nodes_;
   // One axis after the other, since the cube is the product of three intervals.
   std::vector<std::uint64_t> before(wordsPerRow_), after(wordsPerRow_);
@@ -142,15 +123,23 @@ Lattice Lattice::eroded(int radius) const {
 }
 
 Lattice Lattice::repeated(const std::array<int, 3>& margin) const {
-  if (view_) return {repeatedView(view_, margin), dx_, {}};
   std::array<int, 3> extended = nodes_;
   for (int k = 0; k < 3; ++k) extended[k] += 2 * margin[k];
   Lattice out(extended, dx_);
   const auto wrapped = [&](int i, int k) { return (((i - margin[k]) % nodes_[k]) + nodes_[k]) % nodes_[k]; };
   for (int k = 0; k < extended[2]; ++k)
-    for (int j = 0; j < extended[1]; ++j)
-      for (int i = 0; i < extended[0]; ++i)
-        out.setFluid(i, j, k, fluid(wrapped(i, 0), wrapped(j, 1), wrapped(k, 2)));
+    for (int j = 0; j < extended[1]; ++j) {
+      const std::uint64_t* from = row(wrapped(j, 1), wrapped(k, 2));
+      for (int w = 0; w < out.wordsPerRow_; ++w) {
+        const int count = std::min(64, extended[0] - 64 * w);
+        std::uint64_t& to = out.words_[out.rowStart(j, k) + w] = 0;
+        for (int bit = 0; bit < count;) {  // runs of bits that lie in one word of this lattice
+          const int i = wrapped(64 * w + bit, 0), run = std::min({count - bit, nodes_[0] - i, 64 - (i & 63)});
+          to |= (from[i >> 6] >> (i & 63) & usedBits(run, 0)) << bit;
+          bit += run;
+        }
+      }
+    }
   return out;
 }
 

@@ -4,13 +4,12 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/lattice_view.h"
 #include "packMesh/core/box.h"
 #include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
@@ -23,11 +22,18 @@ inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
   return {Vec3::Constant(-0.5 * dx), dx * (Vec3(nodes[0], nodes[1], nodes[2]).array() - 0.5)};
 }
 
+constexpr std::uint64_t allBits = ~std::uint64_t(0);
+
+/// The bits of word w of a row that represent nodes.
+inline std::uint64_t usedBits(int nodes, int w) {
+  const int used = nodes - 64 * w;
+  return used >= 64 ? allBits : used <= 0 ? 0 : (std::uint64_t(1) << used) - 1;
+}
+
 /// Nodes of HemoCell's lattice with their flags; node (i,j,k) is at (i,j,k)·dx µm in the coordinate system of
 /// .pos files.
 ///
-/// One bit per node; each row along x starts with a new word, whose unused bits are 0. The words of a large
-/// lattice are elsewhere (lattice_view.h).
+/// One bit per node; each row along x starts with a new word, whose unused bits are 0.
 class Lattice {
  public:
   /// Initially all nodes are fluid.
@@ -36,25 +42,19 @@ class Lattice {
   /// finite
   Lattice(std::array<int, 3> nodes, double dx);
 
-  /// A view of a large lattice.
-  /// @param fluidNodes their number, if known
-  Lattice(std::shared_ptr<const LatticeView> view, double dx, std::optional<std::int64_t> fluidNodes);
-
   std::array<int, 3> nodes() const { return nodes_; }
   double dx() const { return dx_; }  ///< [µm]
   /// Pre: the node exists.
   bool fluid(int i, int j, int k) const { return word(i >> 6, j, k) >> (i & 63) & 1u; }
-  /// Pre: no view.
   void setFluid(int i, int j, int k, bool fluid);
   /// Sets the flags of the nodes from..to (inclusive, clipped to the lattice) of one row.
   void setFluid(int from, int to, int j, int k, bool fluid);
-  /// Counts those of a view, if their number is not known: reads all.
+  /// Makes the nodes fluid that are fluid on any rank. All ranks call, with as many nodes.
+  void uniteFluid(const Communicator& ranks) { ranks.unite(words_); }
   std::int64_t fluidNodes() const;
   bool hasFluidNodes() const;
-  /// The range of the fluid nodes, corners included; reads nothing if it is known. Nothing if there are
-  /// none.
+  /// The range of the fluid nodes, corners included. Nothing if there are none.
   std::optional<std::array<std::array<int, 3>, 2>> fluidRange() const;
-  void setFluidRange(const std::array<std::array<int, 3>, 2>& range) { fluidRange_ = range; }
   double fluidVolume() const;  ///< fluid nodes · dx³ [µm³]
   /// Region in which HemoCell keeps vertices [µm].
   Box keptRegion() const { return packmesh::hemocell::keptRegion(nodes_, dx_); }
@@ -66,13 +66,10 @@ class Lattice {
   /// The lattice extended by `margin` nodes of its periodic images at both ends of each axis.
   Lattice repeated(const std::array<int, 3>& margin) const;
 
-  /// Flags of one row along x: node i is bit i % 64 of word i / 64. Pre: no view.
+  /// Flags of one row along x: node i is bit i % 64 of word i / 64.
   const std::uint64_t* row(int j, int k) const { return &words_[rowStart(j, k)]; }
   /// Word w of that row.
-  std::uint64_t word(int w, int j, int k) const {
-    return view_ ? view_->word(w, j, k) : words_[rowStart(j, k) + w];
-  }
-  bool isView() const { return view_ != nullptr; }
+  std::uint64_t word(int w, int j, int k) const { return words_[rowStart(j, k) + w]; }
   int wordsPerRow() const { return wordsPerRow_; }
 
  private:
@@ -84,9 +81,6 @@ class Lattice {
   double dx_;
   int wordsPerRow_;
   std::vector<std::uint64_t> words_;
-  std::shared_ptr<const LatticeView> view_;
-  std::optional<std::int64_t> fluidNodes_;  ///< of a view
-  std::optional<std::array<std::array<int, 3>, 2>> fluidRange_;
 };
 
 /// A vessel STL placed as by HemoCell.

@@ -144,26 +144,6 @@ BrickCodes codesOf(const std::array<std::array<unsigned, windowNodes>, windowNod
   return codes;
 }
 
-constexpr int blockNodes = 8;
-
-/// The blocks of blockNodes³ nodes that all exist and are fluid, as the nodes of a lattice.
-Lattice fluidBlocks(const Lattice& lattice) {
-  std::array<int, 3> count = lattice.nodes();
-  for (int& n : count) n = (n + blockNodes - 1) / blockNodes;
-  Lattice blocks(count, 1.0);
-  for (int k = 0; k < count[2]; ++k)
-    for (int j = 0; j < count[1]; ++j)
-      for (int w = 0; w < lattice.wordsPerRow(); ++w) {
-        std::uint64_t all = ~std::uint64_t(0);
-        for (int c = blockNodes * k; c < blockNodes * (k + 1); ++c)
-          for (int b = blockNodes * j; b < blockNodes * (j + 1) && all != 0; ++b)
-            all &= b < lattice.nodes()[1] && c < lattice.nodes()[2] ? lattice.word(w, b, c) : 0;
-        for (int i = 8 * w; i < std::min(8 * (w + 1), count[0]); ++i)
-          blocks.setFluid(i, j, k, (all >> (blockNodes * (i - 8 * w)) & 0xff) == 0xff);
-      }
-  return blocks;
-}
-
 /// Distances [nodes] represented by the codes -codeLimit ... codeLimit.
 struct Decoder {
   Decoder() {
@@ -271,34 +251,13 @@ void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
     }
 }
 
-void VoxelDistance::transform(const Lattice& of, int step, const std::array<int, 3>& samples) const {
-  for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k];
-  transform_.spacing = step;
-  transform_.value = voxelTransform(of, step, samples);
-}
-
-WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
-  std::call_once(transformed_, [&] {
-    const Lattice blocks = fluidBlocks(inside_);
-    const std::array<int, 3> count = blocks.nodes();
-    transform(blocks, 1, {count[0] + 1, count[1] + 1, count[2] + 1});
-  });
-  WallDistance result = transform_.sample(w / blockNodes);
-  result.distance = blockNodes * (result.distance - coarsenesses[0].error);
-  std::array<int, 3> node;
-  for (int k = 0; k < 3; ++k) node[k] = std::clamp(static_cast<int>(w[k]), 0, nodes_[k] - 1);
-  const bool isInside = inside_.fluid(node[0], node[1], node[2]);
-  result.distance = isInside ? std::max(result.distance, farReach) : std::min(result.distance, -farReach);
-  return result;
-}
-
 WallDistance VoxelDistance::far(const Vec3& w) const {
-  if (inside_.isView()) return farByBlocks(w);
   std::call_once(transformed_, [&] {
     const int step = coarsenessOf(nodes_).step;
-    std::array<int, 3> samples;
-    for (int k = 0; k < 3; ++k) samples[k] = bricks_.count()[k] * brickNodes / step + 1;
-    transform(inside_, step, samples);
+    for (int k = 0; k < 3; ++k) transform_.nodes[k] = bricks_.count()[k] * brickNodes / step + 1;
+    transform_.spacing = step;
+    transform_.value =
+        voxelTransform(inside_, step, {transform_.nodes[0], transform_.nodes[1], transform_.nodes[2]});
   });
   WallDistance result = transform_.sample(w);
   result.distance -= farError_;

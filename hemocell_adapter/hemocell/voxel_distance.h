@@ -63,10 +63,6 @@ class VoxelDistance {
   const std::int8_t* brick(const std::array<int, 3>& at) const;
   bool makeBrick(const std::array<int, 3>& at, std::int8_t* codes) const;
   WallDistance far(const Vec3& w) const;
-  void transform(const Lattice& of, int step, const std::array<int, 3>& samples) const;
-  /// In a view of a large lattice: a lower bound, from the blocks of nodes that are all fluid. Beyond
-  /// farReach.
-  WallDistance farByBlocks(const Vec3& w) const;
   WallDistance inLattice(const Vec3& w) const;
 
   double dx_;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "hemocell_adapter/hemocell/lattice_view.h"
 #include "hemocell_adapter/hemocell/voxel_distance.h"
 
 namespace packmesh::hemocell {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/outputs.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,7 +12,6 @@
 #include <set>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/held_signals.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
@@ -22,7 +22,6 @@
 #include "hemocell_adapter/problem/checkpoints.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
-#include "packMesh/core/input_record.h"
 #include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {
@@ -98,14 +97,16 @@ void requireWritable(const fs::path& folder) {
         fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));
   }
   // Permissions are not conclusive (read-only file systems, system folders): try.
-  const HeldSignals held;  // until the file is removed
-  std::string probe = (existing / ".packMesh_XXXXXX").string();
-  const int file = mkstemp(probe.data());
+  int file = ::open(existing.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);  // without a name
+  if (file < 0 && errno == EOPNOTSUPP) {                                        // by this file system
+    std::string probe = (existing / ".packMesh_XXXXXX").string();
+    file = ::mkstemp(probe.data());
+    if (file >= 0) ::unlink(probe.c_str());
+  }
   if (file < 0)
     throw OutputError(
         fmt::format("{}: the folder is not writable ({})", existing.string(), std::strerror(errno)));
-  close(file);
-  unlink(probe.c_str());
+  ::close(file);
 }
 
 void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells,

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <string_view>
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -23,37 +25,28 @@ void SharedFiles::makeFolder(const std::filesystem::path& folder) {
 
 void SharedFiles::begin(const std::filesystem::path& target) {
   onFirstRank(ranks_, [&] { files_.begin(target); });
-  const bool first = ranks_.rank() == 0;
-  file_.emplace(first ? files_.temporary() : std::filesystem::path(),
-                first ? files_.target() : std::filesystem::path(), ranks_);
-  size_ = 0;
 }
 
 void SharedFiles::append(const std::function<std::string()>& text) {
-  std::vector<std::string> own;
-  onFirstRank(ranks_, [&] {
-    if (ranks_.rank() == 0) own.push_back(text());
-  });
-  appendParts(own);
-}
-
-void SharedFiles::appendParts(std::string own) {
-  appendParts(std::vector<std::string>{std::move(own)});
+  onFirstRank(ranks_, [&] { files_.append(text()); });
 }
 
 void SharedFiles::appendParts(const std::vector<std::string>& own) {
-  size_ = file_->write(size_, {own.begin(), own.end()});
-  together(ranks_, [&] { file_->requireGood(); });
+  std::optional<OutputError> error;
+  ranks_.streamToFirst({own.begin(), own.end()}, [&](std::string_view part) {
+    try {
+      if (!error) files_.append(part);
+    } catch (const OutputError& failure) {
+      error = failure;
+    }
+  });
+  onFirstRank(ranks_, [&] {
+    if (error) throw *error;
+  });
 }
 
 void SharedFiles::end() {
-  file_->close();
-  together(ranks_, [&] { file_->requireGood(); });
-  file_.reset();
-  onFirstRank(ranks_, [&] {
-    files_.skipTo(size_);
-    files_.end();
-  });
+  onFirstRank(ranks_, [&] { files_.end(); });
 }
 
 void SharedFiles::take(AtomicFiles& others) {

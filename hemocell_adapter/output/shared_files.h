@@ -5,19 +5,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "packMesh/io/atomic_files.h"
-#include "packMesh/io/shared_file.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// AtomicFiles to which every rank writes its own parts (SharedFile); the first rank creates and renames
-/// them. All ranks call everything.
-/// @throws AgreedFailure on all ranks if something cannot be written on any
+/// AtomicFiles of the first rank, to which the others send their parts. All ranks call everything.
+/// @throws AgreedFailure on all ranks if something cannot be written
 class SharedFiles {
  public:
   explicit SharedFiles(const Communicator& ranks) : ranks_(ranks) {}
@@ -28,7 +25,6 @@ class SharedFiles {
   void append(const std::function<std::string()>& text);
   /// Adds the texts of all ranks, in their order.
   void appendParts(const std::vector<std::string>& own);
-  void appendParts(std::string own);
   void end();
   /// See AtomicFiles. The first rank decides.
   void putAside(const std::filesystem::path& file, const std::filesystem::path& as) {
@@ -41,9 +37,7 @@ class SharedFiles {
 
  private:
   const Communicator& ranks_;
-  AtomicFiles files_;               ///< of the first rank
-  std::optional<SharedFile> file_;  ///< the one begun last
-  std::int64_t size_ = 0;           ///< of it [bytes]
+  AtomicFiles files_;  ///< of the first rank
 };
 
 }  // namespace packmesh::hemocell

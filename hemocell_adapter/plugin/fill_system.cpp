@@ -6,7 +6,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/hemocell/lattice_of_runs.h"
+#include "hemocell_adapter/hemocell/lattice.h"
 #include "hemocell_adapter/plugin/periodic_exchange.h"
 #include "hemocell_adapter/session/running_hemocell.h"
 #include "packMesh/hemocell_system.h"
@@ -15,7 +15,6 @@
 namespace packmesh::plugin {
 namespace {
 
-using hemocell::FluidRun;
 using hemocell::Lattice;
 using hemocell::RunningSystem;
 
@@ -31,35 +30,28 @@ hemocell::BuiltCell builtCell(const CellType& type, double dx) {
   return cell;
 }
 
-std::vector<FluidRun> fluidRuns(const System& system) {
-  std::vector<FluidRun> runs;
-  for (const Block& block : system.blocks) {
-    std::array<std::int64_t, 3> n{}, at{};
-    for (int a = 0; a < 3; ++a) {
-      n[a] = block.last[a] - block.first[a] + 1;
-      at[a] = block.first[a] - system.first[a];
-    }
-    for (std::int64_t k = 0; k < n[2]; ++k)
-      for (std::int64_t j = 0; j < n[1]; ++j) {
-        const auto fluid = [&](std::int64_t i) { return i < n[0] && block.fluid[(i * n[1] + j) * n[2] + k]; };
-        for (std::int64_t i = 0; i < n[0]; ++i) {
-          if (!fluid(i)) continue;
-          const std::int64_t from = i;
-          while (fluid(i + 1)) ++i;
-          runs.push_back({std::int32_t(at[0] + from), std::int32_t(at[0] + i), std::int32_t(at[1] + j),
-                          std::int32_t(at[2] + k)});
-        }
-      }
-  }
-  return runs;
-}
-
+/// The lattice of which every rank has blocks. All ranks call.
 std::shared_ptr<const Lattice> latticeOf(const System& system, const Communicator& ranks) {
   std::array<int, 3> nodes{};
   for (int a = 0; a < 3; ++a) nodes[a] = int(system.last[a] - system.first[a] + 1);
-  const std::int64_t most =
-      system.mostNodesOnEveryRank < 0 ? hemocell::mostNodesOnEveryRank : system.mostNodesOnEveryRank;
-  return latticeOfRuns(nodes, system.dx, fluidRuns(system), ranks, most);
+  auto lattice = std::make_shared<Lattice>(nodes, system.dx);
+  for (int k = 0; k < nodes[2]; ++k)
+    for (int j = 0; j < nodes[1]; ++j) lattice->setFluid(0, nodes[0] - 1, j, k, false);
+  for (const Block& block : system.blocks) {
+    std::array<int, 3> n{}, at{};
+    for (int a = 0; a < 3; ++a) {
+      n[a] = int(block.last[a] - block.first[a] + 1);
+      at[a] = int(block.first[a] - system.first[a]);
+    }
+    for (int j = 0; j < n[1]; ++j)  // in this order, the words that change stay in the cache
+      for (int i = 0; i < n[0]; ++i) {
+        const unsigned char* const fluid = &block.fluid[(std::size_t(i) * n[1] + j) * n[2]];
+        for (int k = 0; k < n[2]; ++k)
+          if (fluid[k]) lattice->setFluid(at[0] + i, at[1] + j, at[2] + k, true);
+      }
+  }
+  lattice->uniteFluid(ranks);
+  return lattice;
 }
 
 /// Least nodes of a block along each axis. All ranks call.

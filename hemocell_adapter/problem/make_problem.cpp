@@ -24,7 +24,7 @@
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/tolerances.h"
 
 namespace packmesh::hemocell {

@@ -20,7 +20,7 @@
 #include "hemocell_adapter/problem/packed_parts.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 

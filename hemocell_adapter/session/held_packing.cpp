@@ -22,7 +22,7 @@
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "packMesh/analysis/share_measures.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_file.h"

@@ -19,7 +19,7 @@
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/mesh/self_intersection_finder.h"
 #include "packMesh/packing/id_shares.h"

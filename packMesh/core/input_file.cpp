@@ -9,9 +9,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <optional>
+#include <set>
+#include <utility>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/input_record.h"
 
 namespace packmesh {
 namespace {
@@ -76,6 +78,17 @@ struct OpenFile {
   std::int64_t size = 0;  ///< [bytes]; files in /proc and /sys report 0
 };
 
+/// Device and number.
+using FileId = std::pair<dev_t, ino_t>;
+
+std::optional<FileId> idOf(const fs::path& file) {
+  struct stat info;
+  if (::stat(file.c_str(), &info) != 0) return {};
+  return FileId(info.st_dev, info.st_ino);
+}
+
+thread_local std::shared_ptr<InputFiles> current;
+
 /// Bytes that are read at a time where it is not known how many there are.
 constexpr std::size_t step = std::size_t{1} << 16;
 
@@ -125,6 +138,33 @@ std::string linesOf(const fs::path& file, const std::string& expected, int part,
     content.erase(0, feed == content.npos ? feed : feed + 1);
   }
   return content;
+}
+
+class InputFiles {
+ public:
+  std::set<FileId> ids;
+};
+
+InputRecord::InputRecord() : outermost_(!current) {
+  if (outermost_) current = std::make_shared<InputFiles>();
+}
+InputRecord::~InputRecord() {
+  if (outermost_) current.reset();
+}
+
+std::shared_ptr<const InputFiles> recordedInputs() {
+  return current;
+}
+
+void recordInput(const fs::path& file) {
+  if (!current) return;
+  if (const auto id = idOf(file)) current->ids.insert(*id);
+}
+
+bool isInput(const fs::path& file, const std::shared_ptr<const InputFiles>& inputs) {
+  if (!inputs) return false;
+  const auto id = idOf(file);
+  return id && inputs->ids.count(*id) > 0;
 }
 
 }  // namespace packmesh

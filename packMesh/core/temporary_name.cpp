@@ -16,21 +16,12 @@ namespace {
 
 constexpr std::size_t longestName = 100, longestHost = 60;  // [bytes]; the whole name stays below 255
 
-/// The beginning of a UTF-8 text, at most `most` bytes, without splitting a character.
-std::string beginning(const std::string& text, std::size_t most) {
-  if (text.size() <= most) return text;
-  std::size_t end = most;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0u) == 0x80u) --end;
-  return text.substr(0, end);
-}
-
 /// Common beginning of the names of all temporary files of `target`. What follows it has no '~', so that no
 /// file is taken for one of a target with a shorter name.
 std::string prefixOf(const std::filesystem::path& target) {
   const std::string name = target.filename().string();
-  std::string shown = beginning(name, longestName);
-  if (shown != name) shown += fmt::format("-{:016x}", XXH3_64bits(name.data(), name.size()));
-  return "." + shown + "~";
+  if (name.size() <= longestName) return "." + name + "~";
+  return fmt::format(".{:016x}~", XXH3_64bits(name.data(), name.size()));
 }
 
 }  // namespace
@@ -50,7 +41,7 @@ long processNumber() {
 
 std::filesystem::path temporaryName(const std::filesystem::path& target, int number,
                                     const std::string& kind) {
-  return target.parent_path() / (prefixOf(target) + beginning(hostName(), longestHost) + "." +
+  return target.parent_path() / (prefixOf(target) + hostName().substr(0, longestHost) + "." +
                                  std::to_string(processNumber()) + "-" + std::to_string(number) + "." + kind);
 }
 
@@ -62,7 +53,7 @@ bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::pat
 }
 
 bool isAbandoned(const std::filesystem::path& file, const std::string& kind) {
-  const std::string name = file.filename().string(), host = "~" + beginning(hostName(), longestHost) + ".";
+  const std::string name = file.filename().string(), host = "~" + hostName().substr(0, longestHost) + ".";
   const std::size_t tilde = name.rfind('~');
   if (name.empty() || name[0] != '.' || tilde == name.npos || file.extension() != "." + kind ||
       name.compare(tilde, host.size(), host) != 0)

@@ -8,7 +8,7 @@
 namespace packmesh {
 
 /// `.<name>~<host>.<process>-<number>.<kind>` next to `target`: unique to this process and short enough for
-/// every file system; a long target name is replaced by its beginning and a hash.
+/// every file system; a long target name is replaced by a hash.
 std::filesystem::path temporaryName(const std::filesystem::path& target, int number, const std::string& kind);
 
 /// True if `file` is a temporary file of `target`, of any process.

@@ -5,7 +5,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <utility>
 
@@ -69,6 +71,11 @@ void putBack(const fs::path& backup, const fs::path& target) {
 
 }  // namespace
 
+void failToWrite(const fs::path& target, const std::string& what, int error) {
+  throw OutputError(target.string() + ": " + what +
+                    (error != 0 ? std::string(": ") + std::strerror(error) : ""));
+}
+
 void requireReplaceable(const fs::path& target) {
   struct stat info;
   if (::stat(target.c_str(), &info) != 0) {
@@ -80,6 +87,7 @@ void requireReplaceable(const fs::path& target) {
 }
 
 AtomicFiles::~AtomicFiles() {
+  if (descriptor_ >= 0) ::close(descriptor_);
   for (const Entry& entry : entries_)
     if (!entry.temporary.empty()) ::unlink(entry.temporary.c_str());
 }
@@ -98,23 +106,30 @@ void AtomicFiles::begin(const fs::path& requested) {
   const NewFile file(target, "new");
   entries_.push_back(
       {target, file.path, exists ? std::optional<mode_t>(info.st_mode & 07777) : std::nullopt});
-  file_.emplace(file.descriptor, target);
+  descriptor_ = file.descriptor;
   size_ = 0;
 }
 
-void AtomicFiles::append(std::string_view text) {
-  file_->write(size_, text);
-  size_ += static_cast<std::int64_t>(text.size());
+/// Not by MPI: Open MPI's MPI_File_write_at_all() reports success if the disk is full (4.1.4).
+void AtomicFiles::write(std::int64_t position, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(position));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) failToWrite(target(), "cannot be written", written < 0 ? errno : ENOSPC);
+    text.remove_prefix(static_cast<std::size_t>(written));
+    position += written;
+    size_ = std::max(size_, position);
+  }
 }
 
 void AtomicFiles::end() {
   const Entry& entry = entries_.back();
-  if (entry.mode && ::fchmod(file_->descriptor(), *entry.mode) != 0)
+  if (entry.mode && ::fchmod(descriptor_, *entry.mode) != 0)
     failToWrite(entry.target, "its permissions cannot be kept", errno);
-  file_->verify();
-  file_->requireSize(size_);
-  file_->close();
-  file_.reset();
+  // Some file systems report only now that they are full. EINVAL: the file system does not support flushing.
+  if (::fsync(descriptor_) != 0 && errno != EINVAL)
+    failToWrite(entry.target, "cannot be flushed to the disk", errno);
+  if (::close(std::exchange(descriptor_, -1)) != 0) failToWrite(entry.target, "cannot be written", errno);
 }
 
 void AtomicFiles::putAside(const fs::path& file, const fs::path& as) {

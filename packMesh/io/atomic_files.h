@@ -11,15 +11,17 @@
 #include <string_view>
 #include <vector>
 
-#include "packMesh/io/checked_file.h"
-
 namespace packmesh {
+
+/// @param error of the operating system; 0: none
+/// @throws OutputError "RBC.pos: cannot be written: No space left on device"
+[[noreturn]] void failToWrite(const std::filesystem::path& target, const std::string& what, int error);
 
 /// @throws OutputError if `target` exists and cannot be replaced by a file
 void requireReplaceable(const std::filesystem::path& target);
 
-/// Writes text files so that each appears completely or not at all: all are written under temporary names
-/// next to their targets, read back and compared, and only then renamed. Where there are several, all that
+/// Writes files so that each appears completely or not at all: all are written under temporary names next to
+/// their targets, flushed to the disk, and only then renamed. Where there are several, all that
 /// they replace is renamed first: if the process is killed meanwhile, some files are missing, but no new one
 /// stands beside an old one.
 ///
@@ -36,14 +38,13 @@ class AtomicFiles {
   /// Begins a file under a temporary name.
   void begin(const std::filesystem::path& target);
   /// Appends to the file begun last.
-  void append(std::string_view text);
-  /// For parts of the file begun last that others write into temporary(): what is appended next comes after
-  /// that position [bytes].
-  void skipTo(std::int64_t position) { size_ = position; }
+  void append(std::string_view text) { write(size_, text); }
+  /// Writes into it from a position on [bytes].
+  void write(std::int64_t position, std::string_view text);
   /// The name of the file begun last until it is committed.
   const std::filesystem::path& temporary() const { return entries_.back().temporary; }
   const std::filesystem::path& target() const { return entries_.back().target; }
-  /// Flushes the file begun last to disk and reads back what was appended.
+  /// Flushes the file begun last to the disk.
   void end();
 
   void add(const std::filesystem::path& target, const std::string& text) {
@@ -66,8 +67,8 @@ class AtomicFiles {
     std::filesystem::path aside = {};  ///< new name of the target, for which there is no new file
   };
   std::vector<Entry> entries_;
-  std::optional<CheckedFile> file_;  ///< the one begun last
-  std::int64_t size_ = 0;            ///< of it [bytes]
+  int descriptor_ = -1;    ///< of the one begun last, until it is ended
+  std::int64_t size_ = 0;  ///< of it [bytes]
 };
 
 }  // namespace packmesh

@@ -10,7 +10,7 @@ void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>
   const Communicator alone;
   AtomicFiles files;
   files.begin(file);
-  Hdf5Writer out(files.temporary(), file, alone);
+  Hdf5Writer out(files, alone);
   out.attribute("/", "unit", std::string("µm"));
   out.group("/meshes");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -20,7 +20,7 @@ void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>
     out.attribute(path, "kind", meshes[i].kind);
     writeMesh(out, path, meshes[i].mesh);
   }
-  files.skipTo(out.close());
+  out.close();
   files.end();
   files.commit();
 }

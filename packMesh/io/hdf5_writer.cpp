@@ -47,15 +47,14 @@ hid_t createFile(const std::filesystem::path& file, int memory, std::uint64_t us
 
 }  // namespace
 
-Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& target,
-                       const Communicator& ranks, std::uint64_t userBlock)
+Hdf5Writer::Hdf5Writer(AtomicFiles& file, const Communicator& ranks, std::uint64_t userBlock)
     : ranks_(ranks),
-      target_(target),
+      disk_(file),
       first_(ranks.rank() == 0),
       memory_(first_ ? ::memfd_create("packMesh HDF5", MFD_CLOEXEC) : -1),
-      file_(memory_ >= 0 && largestFile() > spare ? createFile(file, memory_, userBlock) : H5I_INVALID_HID,
-            H5Fclose),
-      disk_(file, target, ranks) {
+      file_(memory_ >= 0 && largestFile() > spare ? createFile(file.temporary(), memory_, userBlock)
+                                                  : H5I_INVALID_HID,
+            H5Fclose) {
   if (first_) require(largestFile() > spare, tooLarge);
   if (first_) require(file_.good(), std::string("cannot be created: ") + std::strerror(errno));
 }
@@ -66,7 +65,7 @@ Hdf5Writer::~Hdf5Writer() {
 }
 
 void Hdf5Writer::require(bool good, const std::string& otherwise) {
-  if (!good && error_.empty()) error_ = target_.string() + ": " + otherwise;
+  if (first_ && !good && error_.empty()) error_ = disk_.target().string() + ": " + otherwise;
 }
 
 void Hdf5Writer::group(const std::string& path) {
@@ -130,9 +129,21 @@ std::int64_t Hdf5Writer::sizeSoFar() const {
 void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int columns, int depth, hid_t type,
                             std::string_view data) {
   const std::int64_t all = ranks_.sum(rows);
-  const std::int64_t position = ranks_.min(first_ ? placeTable(path, all, columns, depth, type)
-                                                  : std::numeric_limits<std::int64_t>::max());
-  if (position >= 0) disk_.write(position, {data});
+  std::int64_t position = first_ ? placeTable(path, all, columns, depth, type) : -1;
+  ranks_.streamToFirst({data}, [&](std::string_view part) {
+    toDisk(position, part);
+    position += static_cast<std::int64_t>(part.size());
+  });
+}
+
+/// On the first rank.
+void Hdf5Writer::toDisk(std::int64_t position, std::string_view text) {
+  if (!writing()) return;
+  try {
+    disk_.write(position, text);
+  } catch (const OutputError& error) {
+    error_ = error.what();
+  }
 }
 
 /// What HDF5 has written into memory, except where tables are: it has left them empty.
@@ -143,7 +154,7 @@ void Hdf5Writer::writeAllButTables() {
   const auto copy = [&](std::int64_t begin, std::int64_t end) {
     text.resize(static_cast<std::size_t>(std::max<std::int64_t>(end - begin, 0)));
     require(::pread(memory_, text.data(), text.size(), begin) == static_cast<ssize_t>(text.size()));
-    disk_.writeOfFirst(begin, text);
+    toDisk(begin, text);
   };
   std::int64_t done = 0;
   for (const Extent& table : tables_) {
@@ -153,17 +164,10 @@ void Hdf5Writer::writeAllButTables() {
   copy(done, ::lseek(memory_, 0, SEEK_END));
 }
 
-std::int64_t Hdf5Writer::close() {
-  std::int64_t size = 0;
-  if (first_) {
-    require(file_.close());
-    if (writing()) writeAllButTables();
-    size = ::lseek(memory_, 0, SEEK_END);
-  }
-  disk_.close();
+void Hdf5Writer::close() {
+  if (first_) require(file_.close());
+  if (writing()) writeAllButTables();
   if (!error_.empty()) throw OutputError(error_);
-  disk_.requireGood();
-  return size;
 }
 
 void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& mesh) {

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_handle.h"
 #include "packMesh/io/hdf5_table.h"
 #include "packMesh/io/quiet_hdf5.h"
-#include "packMesh/io/shared_file.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/parallel/communicator.h"
 
@@ -21,18 +21,16 @@ namespace packmesh {
 ///
 /// HDF5 cannot be left after a failed write: parallel HDF5 waits for ever, and a file that could not be
 /// closed ends the program when MPI does. So the first rank alone uses HDF5, on a file in memory that has
-/// names, attributes and empty tables. Its bytes, and the rows of each rank at the positions of their tables,
-/// are written to the disk by SharedFile.
+/// names, attributes and empty tables. It writes its bytes, and the rows of each rank at the positions of
+/// their tables, to the disk itself.
 ///
 /// Collective: all ranks make the same calls. Errors are recorded, not thrown, so that no rank waits for
 /// another that has failed.
 class Hdf5Writer {
  public:
-  /// @param file existing, empty file (on the first rank)
-  /// @param target its final name, for messages
+  /// @param file of which the first rank has begun one
   /// @param userBlock size of the user block [bytes]: 0, or a power of two from 512 on
-  Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& target,
-             const Communicator& ranks, std::uint64_t userBlock = 0);
+  Hdf5Writer(AtomicFiles& file, const Communicator& ranks, std::uint64_t userBlock = 0);
   ~Hdf5Writer();
   Hdf5Writer(const Hdf5Writer&) = delete;
   Hdf5Writer& operator=(const Hdf5Writer&) = delete;
@@ -56,9 +54,9 @@ class Hdf5Writer {
     table(path, columns, first_ ? all : std::vector<T>());
   }
 
-  /// Closes the file. @return its size [bytes] on the first rank @throws OutputError if there was an error on
-  /// this rank
-  std::int64_t close();
+  /// Completes the file, which the first rank has to end. @throws OutputError on the first rank if there was
+  /// an error
+  void close();
 
  private:
   struct Extent {
@@ -71,18 +69,18 @@ class Hdf5Writer {
   std::int64_t placeTable(const std::string& path, std::int64_t rows, int columns, int depth, hid_t type);
   std::int64_t sizeSoFar() const;
   void writeAllButTables();
+  void toDisk(std::int64_t position, std::string_view text);
   bool writing() const { return first_ && error_.empty(); }
   void require(bool good, const std::string& otherwise = "cannot be prepared in memory");
 
   QuietHdf5 quiet_;
   const Communicator& ranks_;
-  std::filesystem::path target_;
+  AtomicFiles& disk_;
   bool first_;
   std::string error_;           ///< the first one
   int memory_ = -1;             ///< descriptor of the file in memory, on the first rank
   Hdf5Handle file_;             ///< the same
   std::vector<Extent> tables_;  ///< on the first rank
-  SharedFile disk_;
 };
 
 /// Tables `vertices` (n x 3 doubles [µm]) and `triangles` (m x 3 integers from 0) in a group. All ranks know

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t schemaVersion = 1;
+constexpr std::int64_t packingVersion = 1;
 
 /// Of faults, nobody looks at more.
 constexpr std::size_t mostFaults = 1000;
@@ -79,7 +79,7 @@ void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator
 
 void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
   out.attribute("/", "kind", std::string("packMesh packing"));
-  out.attribute("/", "version", schemaVersion);
+  out.attribute("/", "version", packingVersion);
   out.attribute("/", "writer", writer());
   out.attribute("/", "unit", std::string("µm"));
   writeKinds(out, tables.kinds);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/read_together.h"

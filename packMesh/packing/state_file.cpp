@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kind[] = "state";
-constexpr std::int64_t schemaVersion = 2;
+constexpr std::int64_t stateVersion = 2;
 
 /// Group of PackingState::engine, and name of its stage. There is one engine.
 constexpr char engineGroup[] = "/growth";
@@ -335,7 +335,7 @@ std::unique_ptr<AtomicFiles> preparedState(const fs::path& file, const PackingPr
       file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state, together); });
   writeTogether(ranks, [&] {
     if (ranks.rank() != 0) return;
-    const std::string error = seal(files->temporary(), {kind, schemaVersion, writer()});
+    const std::string error = seal(files->temporary(), {kind, stateVersion, writer()});
     if (!error.empty()) throw OutputError(file.string() + ": " + error);
     files->end();
   });
@@ -349,7 +349,7 @@ void writeState(const fs::path& file, const PackingProblem& problem, const std::
 }
 
 StateHead readStateHead(const fs::path& file) {
-  requireSealed(file, kind, schemaVersion);
+  requireSealed(file, kind, stateVersion);
   const Hdf5Reader in(file);
   StateHead head;
   head.stage = in.text("/", "stage");
@@ -437,7 +437,7 @@ PackingState readState(const fs::path& file, const PackingProblem& problem) {
   PackingState state;
   // No rank reads a file that may be damaged.
   readTogether(file, ranks, [&] {
-    if (ranks.rank() == 0) requireSealed(file, kind, schemaVersion);
+    if (ranks.rank() == 0) requireSealed(file, kind, stateVersion);
   });
   readTogether(file, ranks, [&] { state = readShare(Hdf5Reader(file), problem); });
   return state;

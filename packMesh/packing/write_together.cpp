@@ -22,16 +22,14 @@ void writeTogether(const Communicator& ranks, const std::function<void()>& work)
 std::unique_ptr<AtomicFiles> writtenHdf5(const std::filesystem::path& file, const Communicator& ranks,
                                          std::uint64_t userBlock,
                                          const std::function<void(Hdf5Writer&)>& content) {
-  const bool first = ranks.rank() == 0;
   auto files = std::make_unique<AtomicFiles>();
   writeTogether(ranks, [&] {
-    if (first) files->begin(file);
+    if (ranks.rank() == 0) files->begin(file);
   });
   writeTogether(ranks, [&] {
-    Hdf5Writer out(first ? files->temporary() : std::filesystem::path(), file, ranks, userBlock);
+    Hdf5Writer out(*files, ranks, userBlock);
     content(out);
-    const std::int64_t size = out.close();
-    if (first) files->skipTo(size);
+    out.close();
   });
   return files;
 }

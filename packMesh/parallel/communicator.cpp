@@ -140,6 +140,13 @@ void Communicator::sumAndMax(std::vector<std::int64_t>& sums, std::vector<double
   std::memcpy(maxima.data(), words.data() + 1 + sums.size(), maxima.size() * sizeof(double));
 }
 
+void Communicator::unite(std::vector<std::uint64_t>& bits) const {
+  constexpr std::size_t atOnce = 1 << 20;  // MPI has a copy of what it reduces
+  for (std::size_t from = 0; impl_ && from < bits.size(); from += atOnce)
+    MPI_Allreduce(MPI_IN_PLACE, bits.data() + from, count(std::min(atOnce, bits.size() - from)), MPI_UINT64_T,
+                  MPI_BOR, impl_->comm);
+}
+
 std::string Communicator::broadcast(const std::string& text, int root) const {
   if (!impl_) return text;
   std::int64_t length = static_cast<std::int64_t>(text.size());
@@ -208,22 +215,33 @@ void Communicator::gatherParts(const void* mine, const std::vector<std::int64_t>
   if (own > 0) impl_->traffic.add(static_cast<std::int64_t>(own));
 }
 
-namespace {
-constexpr int tagToFirst = 3;
-}
-
-void Communicator::sendToFirst(const Outgoing& part) const {
-  forEachPiece(part.bytes, [&](std::size_t at, int length) {
-    MPI_Send(static_cast<const std::byte*>(part.data) + at, length, MPI_BYTE, 0, tagToFirst, impl_->comm);
-    impl_->traffic.add(length);
-  });
-}
-
-void Communicator::receiveOnFirst(int from, const Incoming& part) const {
-  forEachPiece(part.bytes, [&](std::size_t at, int length) {
-    MPI_Recv(static_cast<std::byte*>(part.data) + at, length, MPI_BYTE, from, tagToFirst, impl_->comm,
-             MPI_STATUS_IGNORE);
-  });
+void Communicator::streamToFirst(const std::vector<std::string_view>& mine,
+                                 const std::function<void(std::string_view)>& visit) const {
+  constexpr int tag = 3;
+  if (rank() == 0)
+    for (const std::string_view piece : mine) visit(piece);
+  if (alone()) return;
+  std::int64_t length = 0;
+  for (const std::string_view piece : mine) length += static_cast<std::int64_t>(piece.size());
+  const std::vector<std::int64_t> lengths = gatheredLengths(length);
+  const std::size_t longest = std::min(longestMessage, std::size_t{1} << 24);
+  for (std::string_view piece : mine)
+    for (; rank() > 0 && !piece.empty(); piece.remove_prefix(std::min(longest, piece.size()))) {
+      const int part = count(std::min(longest, piece.size()));
+      MPI_Send(piece.data(), part, MPI_BYTE, 0, tag, impl_->comm);
+      impl_->traffic.add(part);
+    }
+  std::string part;
+  for (int r = 1; rank() == 0 && r < size(); ++r)
+    for (std::int64_t left = lengths[r]; left > 0; left -= static_cast<std::int64_t>(part.size())) {
+      MPI_Status status;
+      int bytes = 0;
+      MPI_Probe(r, tag, impl_->comm, &status);
+      MPI_Get_count(&status, MPI_BYTE, &bytes);
+      part.resize(static_cast<std::size_t>(bytes));
+      MPI_Recv(part.data(), bytes, MPI_BYTE, r, tag, impl_->comm, MPI_STATUS_IGNORE);
+      visit(part);
+    }
 }
 
 void Communicator::beginSwap(std::vector<Peer>& peers) const {

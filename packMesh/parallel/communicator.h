@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -56,6 +58,8 @@ class Communicator {
   std::vector<std::int64_t> sumBefore(const std::vector<std::int64_t>& values) const;
   /// Sums and maxima over all ranks, in one message. Pre: the sizes are the same on all ranks
   void sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const;
+  /// Sets the bits that are set on any rank. Pre: the size is the same on all ranks
+  void unite(std::vector<std::uint64_t>& bits) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }
   /// The text of rank `root`, on all ranks.
   std::string broadcast(const std::string& text, int root) const;
@@ -96,22 +100,10 @@ class Communicator {
     return all;
   }
 
-  /// On rank 0 calls visit(items) for the items of each rank, in rank order; holds those of one rank at a
-  /// time. `visit` must not throw.
-  template <class T, class Visit>
-  void visitInOrder(const std::vector<T>& mine, Visit&& visit) const {
-    static_assert(isSelfContained<T>);
-    if (rank() == 0) visit(mine);
-    if (alone()) return;
-    const std::vector<std::int64_t> lengths = gatheredLengths(static_cast<std::int64_t>(mine.size()));
-    for (int r = 1; r < size(); ++r) {
-      if (rank() == r) sendToFirst({mine.data(), mine.size() * sizeof(T)});
-      if (rank() != 0) continue;
-      std::vector<T> items(static_cast<std::size_t>(lengths[r]));
-      receiveOnFirst(r, {items.data(), items.size() * sizeof(T)});
-      visit(std::as_const(items));
-    }
-  }
+  /// On rank 0 calls visit(part) for the bytes of all ranks, in rank order, in parts; holds one that another
+  /// rank has sent at a time. `visit` must not throw.
+  void streamToFirst(const std::vector<std::string_view>& mine,
+                     const std::function<void(std::string_view)>& visit) const;
 
   /// Longer data are sent in pieces of so many bytes: MPI counts by int. Tests set less; the same on all
   /// ranks.
@@ -160,8 +152,6 @@ class Communicator {
   /// @param lengths items of each rank
   void gatherParts(const void* mine, const std::vector<std::int64_t>& lengths, void* all,
                    std::size_t bytesPerItem) const;
-  void sendToFirst(const Outgoing& part) const;
-  void receiveOnFirst(int from, const Incoming& part) const;
 
   std::shared_ptr<Impl> impl_;
 };

@@ -32,7 +32,7 @@
 #include "hemocell_adapter/session/held_packing.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/input_record.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/poll_scope.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"

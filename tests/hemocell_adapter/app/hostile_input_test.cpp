@@ -138,7 +138,7 @@ TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {
       {pack + "--output-dir " + longPath, 5, "File name too long"},
       {pack + "--output-dir " + longName, 5, "File name too long"},
       {pack + "--output-dir " + std::string(5000, 'p'), 5,
-       ' ' + std::string(150, 'p') + "..." + std::string(149, 'p') + ": "},
+       ' ' + std::string(150, 'p') + "..." + std::string(141, 'p') + "/RBC.pos: "},
       {pack + "--output-dir tube.stl/deep", 5, "is not a folder"},
       {pack + "--output-dir gone", 5, "gone: is a link to nowhere, which does not exist",
        [](const fs::path& folder) { fs::create_symlink("nowhere", folder / "gone"); }},

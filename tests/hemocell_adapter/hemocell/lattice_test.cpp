@@ -91,6 +91,31 @@ TEST_CASE("Erosion searches a cube for solid nodes and ignores nonexistent nodes
   }
 }
 
+TEST_CASE("The range of the fluid nodes and the images around a lattice are those of its nodes",
+          "[lattice]") {
+  for (const std::array<int, 3> nodes : {std::array<int, 3>{130, 5, 4}, {64, 3, 3}, {7, 3, 6}}) {
+    Lattice lattice(nodes, 0.5);
+    for (int k = 0; k < nodes[2]; ++k)
+      for (int j = 0; j < nodes[1]; ++j) lattice.setFluid(0, nodes[0] - 1, j, k, false);
+    CHECK_FALSE(lattice.fluidRange());
+    CHECK_FALSE(lattice.hasFluidNodes());
+    lattice.setFluid(nodes[0] - 3, 1, 2, true);
+    lattice.setFluid(nodes[0] - 2, 2, 1, true);
+    CHECK(lattice.fluidRange() ==
+          std::array<std::array<int, 3>, 2>{{{nodes[0] - 3, 1, 1}, {nodes[0] - 2, 2, 2}}});
+    const std::array<int, 3> margin = {66, 0, 7};
+    const Lattice repeated = lattice.repeated(margin);
+    int wrong = 0;
+    for (int k = 0; k < repeated.nodes()[2]; ++k)
+      for (int j = 0; j < repeated.nodes()[1]; ++j)
+        for (int i = 0; i < repeated.nodes()[0]; ++i)
+          wrong += repeated.fluid(i, j, k) !=
+                   lattice.fluid((i - 66 + 10 * nodes[0]) % nodes[0], j, (k - 7 + 10 * nodes[2]) % nodes[2]);
+    CHECK(wrong == 0);
+    CHECK(repeated.nodes() == std::array<int, 3>{nodes[0] + 132, nodes[1], nodes[2] + 14});
+  }
+}
+
 TEST_CASE("A vessel's size and position depend on refDirN and dx, not on the unit of its file", "[lattice]") {
   for (double unit : {1.0, 1e-3, 250.0}) {
     const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0 * unit, 20.0 * unit), 0.5, 1, 50);

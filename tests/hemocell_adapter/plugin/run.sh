@@ -78,17 +78,6 @@ case $test in
     same RBC.pos plugin/RBC.pos
     same PLT.pos plugin/PLT.pos
     grep -q 'the hematocrit refers to the lumen' plugin.txt ;;
-  distributed)  # no rank has the whole lattice: the same cells on any number of ranks, and certified
-    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
-    for lumen in pipe channel planes; do
-      case_on 1 $lumen 1 1 1 distributed > one.txt
-      mv particles.txt one.particles
-      case_on 2 $lumen 2 2 1 distributed > two.txt
-      same one.particles particles.txt
-      case_on 4 $lumen 4 2 1 distributed > four.txt
-      same one.particles particles.txt
-      grep -q 'Certificate: clean' four.txt
-    done ;;
   growth)  # in nodes that are no box
     config 60 44 44 ""
     case_on 1 channel 1 1 1 --method cat --hematocrit 0.15 > one.txt

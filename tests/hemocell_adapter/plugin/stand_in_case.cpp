@@ -226,9 +226,7 @@ packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string
   packmesh::PackingOptions options;
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == "save" || words[i] == "fit") break;
-    if (words[i] == "distributed") {
-      options.mostNodesOnEveryRank = 0;
-    } else if (words[i] == "--count") {
+    if (words[i] == "--count") {
       options.counts[words[i + 1]] = std::atol(words[i + 2].c_str());
       i += 2;
     } else {

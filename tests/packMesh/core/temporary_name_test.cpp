@@ -18,9 +18,7 @@ TEST_CASE("Temporary names contain host and process and are never too long", "[i
 
   std::string longest;
   while (longest.size() < 250) longest += "血";
-  const std::string temporary = temporaryName(longest, 1000, "new").filename().string();
-  CHECK(temporary.size() < 256);
-  CHECK_THAT(temporary, StartsWith("." + longest.substr(0, 99)));
+  CHECK(temporaryName(longest, 1000, "new").filename().string().size() < 256);
 }
 
 TEST_CASE("Temporary files are told from those of targets with similar names", "[io]") {

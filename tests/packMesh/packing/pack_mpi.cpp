@@ -43,9 +43,7 @@ Outline outlineOf(const PackingProblem& problem, const Examine& examine) {
     own.insert(own.end(), pose.position.data(), pose.position.data() + 3);
     own.insert(own.end(), pose.orientation.coeffs().data(), pose.orientation.coeffs().data() + 4);
   }
-  problem.execution.communicator.visitInOrder(own, [&](const std::vector<double>& part) {
-    outline.numbers.insert(outline.numbers.end(), part.begin(), part.end());
-  });
+  outline.numbers = problem.execution.communicator.gatherAll(own);
   return outline;
 }
 

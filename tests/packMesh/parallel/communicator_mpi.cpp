@@ -23,6 +23,10 @@ TEST_CASE("Reductions include all ranks", "[mpi]") {
   ranks.sumAndMax(sums, maxima);
   REQUIRE(sums == std::vector<std::int64_t>{n, n * (n - 1) / 2});
   REQUIRE(maxima == std::vector<double>{-1.0, n - 1.5, 1e300});
+  std::vector<std::uint64_t> bits(3 << 19);  // in more than one piece
+  bits.front() = bits.back() = std::uint64_t(1) << r;
+  ranks.unite(bits);
+  REQUIRE((bits.front() == (1u << n) - 1 && bits.back() == bits.front() && bits[1] == 0));
   for (int root = 0; root < n; ++root)
     REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
 }
@@ -44,11 +48,12 @@ TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty
   CHECK(ranks.gatherAll(std::vector<int>(r, r)) == expected);
   CHECK(ranks.gatherAll(std::vector<int>()).empty());
 
-  std::vector<int> visited;
-  ranks.visitInOrder(std::vector<int>(r, r), [&](const std::vector<int>& part) {
-    visited.insert(visited.end(), part.begin(), part.end());
-  });
-  CHECK(visited == (r == 0 ? expected : std::vector<int>()));
+  const std::string own(3 * r, static_cast<char>('a' + r));
+  std::string all, streamed;
+  for (int other = 0; other < n; ++other) all += std::string(3 * other, static_cast<char>('a' + other));
+  ranks.streamToFirst({own.substr(0, r), "", std::string_view(own).substr(r)},
+                      [&](std::string_view part) { streamed += part; });
+  CHECK(streamed == (r == 0 ? all : ""));
   Communicator::longestMessage = longest;
 }
 

@@ -33,8 +33,6 @@ struct PackingOptions {
   std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
   std::string posFolder;  ///< to write .pos files to, too
   bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
-  std::int64_t mostNodesOnEveryRank =
-      -1;                         ///< the ranks of a computer share larger lattices; negative: the default
   std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
 };
 
@@ -140,7 +138,6 @@ inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
                                      const PackingOptions& options = PackingOptions()) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
-                            system.mostNodesOnEveryRank = options.mostNodesOnEveryRank;
                             return plugin::fill(system, plugin::requestOf(options));
                           }));
 }

@@ -36,9 +36,7 @@ struct System {
   std::array<bool, 3> periodic;
   bool isPreInlet = false;
   int particleEnvelope = 0;  ///< [nodes]
-  std::int64_t mostNodesOnEveryRank =
-      -1;              ///< the ranks of a computer share larger lattices; negative: the default. For tests
-  std::string config;  ///< config.xml, each tag in the line that it has in the file
+  std::string config;        ///< config.xml, each tag in the line that it has in the file
   std::vector<CellType> types;
   std::vector<Block> blocks;
 };
