@@ -289,14 +289,14 @@ ExitCode tellInALine(const CompletedRequest& completed, bool withNotices, const 
   return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
 }
 
-ExitCode checkFolders(const CommandLine& commandLine, const std::filesystem::path& around,
+ExitCode checkFolders(const Request& asked, const std::filesystem::path& around,
                       const std::vector<std::filesystem::path>& folders, const Communicator& ranks) {
   ExitCode worst = ExitCode::ok;
   std::size_t clean = 0;
   bool first = true;
   const auto examineFolder = [&](const std::filesystem::path& folder) {
     CompletedRequest one;
-    together(ranks, [&] { one = requestToCheck(commandLine, folder); });
+    together(ranks, [&] { one = requestToCheck(asked, folder); });
     return folder == around ? checkFolder(one, ranks) : tellInALine(one, first, ranks);
   };
   const auto refused = [](const std::filesystem::path& folder, const char* why) {
@@ -326,15 +326,15 @@ ExitCode checkFolders(const CommandLine& commandLine, const std::filesystem::pat
 
 }  // namespace
 
-ExitCode runCheck(const CommandLine& commandLine, const Communicator& ranks) {
+ExitCode runCheck(const Request& asked, const Communicator& ranks) {
   CompletedRequest completed;
   std::vector<std::filesystem::path> folders;
   together(ranks, [&] {
-    completed = requestToCheck(commandLine);
+    completed = requestToCheck(asked);
     folders = foldersToCheck(completed.request);
   });
   if (folders.empty()) return checkFolder(completed, ranks);
-  return checkFolders(commandLine, completed.request.output.folder, folders, ranks);
+  return checkFolders(asked, completed.request.output.folder, folders, ranks);
 }
 
 }  // namespace packmesh::hemocell

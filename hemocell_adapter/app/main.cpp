@@ -70,19 +70,21 @@ std::string textOf(const CommandLine& commandLine) {
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
              const Communicator& ranks) {
   const InputRecord inputs;  // none of them is overwritten
-  std::optional<CommandLine> understood;
-  together(ranks, [&] { understood = parseOrContinue(program, arguments); });
-  const CommandLine& commandLine = *understood;
+  CommandLine commandLine;
+  together(ranks, [&] {
+    commandLine = parseCommandLine(program, arguments);
+    if (commandLine.command == Command::pack) commandLine.request = continued(commandLine.request);
+  });
   const bool first = ranks.rank() == 0;
   if (commandLine.command != Command::pack && commandLine.command != Command::check) {
     if (first) fmt::print("{}", textOf(commandLine));
     return ExitCode::ok;
   }
-  const Request options = commandLine.options();
-  if (first && options.quiet) log::setLevel(log::Level::quiet);
-  if (first && options.verbose) log::setLevel(log::Level::verbose);
+  const Request& asked = commandLine.request;
+  if (first && asked.quiet) log::setLevel(log::Level::quiet);
+  if (first && asked.verbose) log::setLevel(log::Level::verbose);
   catchSignals();
-  return commandLine.command == Command::pack ? runPacking(commandLine, ranks) : runCheck(commandLine, ranks);
+  return commandLine.command == Command::pack ? runPacking(asked, ranks) : runCheck(asked, ranks);
 }
 
 /// Runs, and reports errors. @return the exit code, the same on all ranks

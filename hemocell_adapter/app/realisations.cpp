@@ -46,8 +46,8 @@ void warnOfFilesBeside(const Request& request) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(request.output.folder, ignored)) {
     if (entry.path().extension() != ".pos") continue;
-    const auto is = [&](const std::optional<fs::path>& file) {
-      return file && fs::equivalent(entry.path(), *file, ignored);
+    const auto is = [&](const std::optional<Source>& source) {
+      return source && fs::equivalent(entry.path(), source->file, ignored);
     };
     const auto isInput = [&](const SpeciesRequest& s) { return is(s.fixed) || is(s.start); };
     if (std::none_of(request.species.begin(), request.species.end(), isInput))

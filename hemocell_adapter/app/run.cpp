@@ -13,6 +13,7 @@
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
@@ -48,9 +49,10 @@ std::string remedyOfDropped(const Packing& packing) {
                            std::any_of(problem.species.begin(), problem.species.end(),
                                        [](const CellSpecies& species) { return !species.fixed.empty(); });
   if (needsPeriod) return plugIn;
-  return fmt::format(
-      "{} packs cells that it keeps, {}",
-      problem.request.packCellsConventions ? "--keep-all (or the name packMesh)" : "--ends closed", plugIn);
+  return fmt::format("{} packs cells that it keeps, {}",
+                     problem.request.packCellsConventions ? named("keep-all") + " (or the name packMesh)"
+                                                          : named("ends", "closed"),
+                     plugIn);
 }
 
 /// For cells that cross periodic faces.
@@ -202,9 +204,9 @@ RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
 
 }  // namespace
 
-ExitCode runPacking(const CommandLine& commandLine, const Communicator& ranks) {
+ExitCode runPacking(const Request& asked, const Communicator& ranks) {
   CompletedRequest completed;
-  together(ranks, [&] { completed = requestToPack(commandLine); });
+  together(ranks, [&] { completed = requestToPack(asked); });
   const Request& request = completed.request;
   if (request.realisations == 1 || !writes(request)) return packOnce(completed, ranks).code;
   OutputRequest folder = request.output;

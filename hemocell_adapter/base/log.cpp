@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/plain_text.h"
+#include "hemocell_adapter/base/setting_name.h"
 
 namespace packmesh::hemocell::log {
 namespace {
@@ -28,7 +29,7 @@ void clearStatus() {
 void line(Kind kind, const std::string& message) {
   if (currentLevel == Level::silent) return;
   // Messages quote file contents: remove control characters, which would affect the user's terminal.
-  const std::string text = withShortenedNames(plainText(message));
+  const std::string text = withShortenedNames(plainText(inTermsOfUser(message)));
   if (currentSink) return currentSink(kind, text);
   clearStatus();
   std::FILE* const stream = kind < Kind::warning ? stdout : stderr;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -27,7 +28,9 @@ enum class Kind {
   numbers,  ///< one or more; std::vector<double>
 };
 
-using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>>;
+struct Given;  // numbers instead of a file (settings/source.h)
+using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>,
+                           std::shared_ptr<const Given>>;
 
 /// True for names of cells, which become names of files and entries of tables: visible, without what other
 /// programs take for something else. A spreadsheet takes =, +, - or @ at the beginning for a formula, a

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
@@ -65,7 +66,7 @@ std::vector<std::string> growthNames() {
 void setGrowth(Request& settings, const std::string& name, const std::string& value) {
   for (const Attribute<GrowthSettings>& parameter : catParameters()) {
     if (parameter.name != name) continue;
-    located<UsageError>("option '--growth' " + name,
+    located<UsageError>(heading(catTag, name),
                         [&] { parameter.apply(settings.cat.growth, parseValue(parameter.value, value)); });
   }
 }
@@ -97,10 +98,12 @@ std::vector<Setting> catSettings() {
       setting("stock", {name(), count()},
               "with --escape: number of cells of that kind in reserve that can fill gaps",
               [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
+          .ofCell({"stock"})
           .byDefault("0"),
       setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
               "with --method cat: set an attribute of <growth> (--reference lists them)",
               [](Request& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); })
+          .statesKey(catTag)
           .onlyFor(Method::cat),
   };
 }

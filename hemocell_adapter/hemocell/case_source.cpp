@@ -69,7 +69,7 @@ struct Call {
 };
 
 /// `text` on one line, truncated if long: for messages.
-std::string shortened(const std::string& text) {
+std::string shortenedCode(const std::string& text) {
   std::string line;
   for (const char c : text) {
     const bool blank = std::strchr(blanks, c) != nullptr;
@@ -96,7 +96,7 @@ std::optional<Call> callAt(const Code& code, std::size_t at, std::size_t open, c
       if (c != ')') return {};
       const auto line = 1 + std::count(code.bare.begin(), code.bare.begin() + std::ptrdiff_t(at), '\n');
       call.where = fmt::format("{}:{}", file, line);
-      call.text = shortened(code.withLiterals.substr(at, i + 1 - at));
+      call.text = shortenedCode(code.withLiterals.substr(at, i + 1 - at));
       return call;
     }
     if (c == '(' || c == '[' || c == '{') ++depth;

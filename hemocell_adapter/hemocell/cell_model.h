@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hemocell_adapter/settings/construction.h"
+#include "hemocell_adapter/settings/source.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/shape.h"
 
@@ -80,8 +81,8 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3);
 /// Any closed mesh file, multiplied by `scale` [µm per unit of the file], rotated and inflated as by
 /// MESH_FROM_STL or not, and centred on its bounding box. Repairs are appended to `warnings`.
 /// @param dx as in buildTemplate
-std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
-                                               MeshFrame frame, double dx, std::vector<std::string>& warnings,
+std::shared_ptr<const Shape> makeShapeFromFile(const Source& file, double scale, MeshFrame frame, double dx,
+                                               std::vector<std::string>& warnings,
                                                const Threads& threads = {});
 
 }  // namespace packmesh::hemocell

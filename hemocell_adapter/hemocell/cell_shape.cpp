@@ -133,7 +133,7 @@ std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx, std::v
                                        const Threads& threads) {
   if (model.construction == Construction::meshFromStl) {
     std::vector<std::string> ignored;
-    repaired(readMesh(model.stlFile), model.stlFile, warnings ? *warnings : ignored);
+    repaired(meshFrom(model.stlFile), model.stlFile, warnings ? *warnings : ignored);
     return shapeFromStl(buildTemplate(model, dx), model.stlFile.string(), threads);
   }
   TriangleMesh mesh = buildTemplate(model, dx);
@@ -179,15 +179,14 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
   return std::make_shared<const Shape>(std::move(mesh), surface);
 }
 
-std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
-                                               MeshFrame frame, double dx, std::vector<std::string>& warnings,
-                                               const Threads& threads) {
+std::shared_ptr<const Shape> makeShapeFromFile(const Source& file, double scale, MeshFrame frame, double dx,
+                                               std::vector<std::string>& warnings, const Threads& threads) {
   if (!std::isfinite(scale) || scale <= 0.0)
     throw InputError(
         fmt::format("{}: scale {}: expected the file's unit of length in µm", file.string(), scale));
-  TriangleMesh asRead = readMesh(file);
+  TriangleMesh asRead = meshFrom(file);
   std::vector<CappedOpening> holes;
-  TriangleMesh mesh = repaired(asRead, file, warnings, &holes);
+  TriangleMesh mesh = repaired(asRead, file.file, warnings, &holes);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();
   const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
   if (!hint.empty())

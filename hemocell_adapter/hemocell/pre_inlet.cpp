@@ -8,6 +8,7 @@
 #include <cctype>
 #include <set>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/polygon.h"
@@ -134,8 +135,10 @@ void requireOneOutline(const Lattice& lattice, int axis, const Section& plane) {
       rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]}));
   throw InputError(fmt::format(
       "the pre-inlet slice, plane {} of nodes along {}, has {} outlines: {}. Select the one used in the "
-      "case's C++ code (slice.y1 = 42) with --pre-inlet-range {} or <preInletRange> {} </preInletRange>, "
-      "which selects the first; a range that contains several selects them all",
+      "case's C++ code (slice.y1 = 42) with " +
+          named("pre-inlet-range") +
+          " {} or <preInletRange> {} </preInletRange>, "
+          "which selects the first; a range that contains several selects them all",
       plane.lo[axis], "xyz"[axis], outlines.size(), listOf(outlines, axis), first, first));
 }
 

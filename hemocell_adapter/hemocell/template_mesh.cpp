@@ -102,7 +102,7 @@ Vec3 oblate(const Vec3& p, double radius, double aspectRatio) {
 
 /// The STL, scaled so that its largest extent is twice the radius.
 TriangleMesh scaledStl(const CellModel& model) {
-  TriangleMesh mesh = readMesh(model.stlFile);
+  TriangleMesh mesh = meshFrom(model.stlFile);
   const double extent = boundingBox(mesh).size().maxCoeff();
   if (!(extent > 0.0) || !std::isfinite(extent))
     throw MeshError(model.stlFile.string() + ": the mesh of " + model.name + " has no extent");

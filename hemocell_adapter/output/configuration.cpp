@@ -2,8 +2,10 @@
 // The settings of a run as they were resolved.
 #include <nlohmann/json.hpp>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
+#include "hemocell_adapter/settings/request_json.h"
 #include "hemocell_adapter/settings/settings_table.h"
 
 namespace packmesh::hemocell {
@@ -17,33 +19,10 @@ Report fileOf(const std::optional<std::filesystem::path>& file) {
   return file ? Report(file->string()) : Report(nullptr);
 }
 
-const char* axisName(int axis) {
-  constexpr const char* names[] = {"x", "y", "z"};
-  return names[axis];
-}
-
+/// A body. Instead of a file there may be numbers.
 Report solidOf(const SolidRequest& solid) {
-  Report body;
-  switch (solid.kind) {
-    case SolidRequest::Kind::box:
-      return {{"kind", "box"}, {"size", vectorOf(solid.size)}, {"origin", vectorOf(solid.origin)}};
-    case SolidRequest::Kind::cylinder:
-      body = {{"kind", "cylinder"},
-              {"axis", axisName(solid.axis)},
-              {"radius", solid.radius},
-              {"length", solid.length}};
-      break;
-    case SolidRequest::Kind::sphere:
-      body = {{"kind", "sphere"}, {"radius", solid.radius}};
-      break;
-    case SolidRequest::Kind::mesh:
-      return {{"kind", "mesh"},
-              {"file", solid.file.string()},
-              {"scale", solid.scale},
-              {"offset", vectorOf(solid.origin)},
-              {"openAxis", solid.openAxis ? Report(axisName(*solid.openAxis)) : Report(nullptr)}};
-  }
-  body["center"] = solid.center ? vectorOf(*solid.center) : Report(nullptr);
+  Report body = jsonOf(solid);
+  if (solid.file.given) body["file"] = inTermsOfUser(solid.file.string());
   return body;
 }
 
@@ -58,21 +37,10 @@ Report containerOf(const Request& request) {
   return container;
 }
 
-Report valueOf(const std::optional<Value>& value) {
-  if (!value) return nullptr;
-  return std::visit(
-      [](const auto& v) -> Report {
-        if constexpr (std::is_same_v<std::decay_t<decltype(v)>, Vec3>)
-          return vectorOf(v);
-        else
-          return v;
-      },
-      *value);
-}
-
 Report catParametersOf(const CatSettings& cat) {
   Report all;
-  for (const auto& parameter : catParameters()) all[parameter.name] = valueOf(parameter.get(cat.growth));
+  for (const auto& parameter : catParameters())
+    all[parameter.name] = jsonOf(*parameter.get(cat.growth), parameter.value);
   return all;
 }
 
@@ -80,7 +48,7 @@ Report catParametersOf(const CatSettings& cat) {
 Report filesOf(const Problem& problem, std::string CellSpecies::*file) {
   Report files = Report::array();
   for (const CellSpecies& species : problem.species)
-    if (!(species.*file).empty()) files.push_back(species.*file);
+    if (!(species.*file).empty()) files.push_back(inTermsOfUser(species.*file));
   return files;
 }
 
@@ -93,7 +61,12 @@ Report configurationOf(const Problem& problem, const OutputRequest& output, cons
   const bool box = request.boxSize && !(request.container && request.container->lumen);
   Report all;
   for (const Setting& setting : settingsTable())
-    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(request));
+    if (!setting.tag.empty() && setting.get) {
+      const std::optional<Value> value = setting.get(request);
+      const auto* const numbers = value ? std::get_if<std::shared_ptr<const Given>>(&*value) : nullptr;
+      if (numbers) all[setting.tag] = inTermsOfUser((*numbers)->what);
+      if (!numbers) all[setting.tag] = value ? jsonOf(*value, setting.values[0]) : Report(nullptr);
+    }
   all["config"] = problem.simulation ? Report(problem.simulation->file.string()) : Report(nullptr);
   all["boxSize"] = request.boxSize ? vectorOf(*request.boxSize) : Report(nullptr);
   all["container"] = containerOf(request);

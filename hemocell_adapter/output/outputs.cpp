@@ -14,6 +14,7 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/conversions.h"
 #include "hemocell_adapter/output/packing_tables.h"
@@ -128,10 +129,12 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
     const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
     if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
     if (isInput(file, problem.inputs) && !replacesItself(problem, output, file))
-      throw OutputError(fmt::format(
-          "{}: is read by this run and would be overwritten; write into another folder (--output-dir), or "
-          "under another name",
-          file.string()));
+      throw OutputError(
+          fmt::format("{}: is read by this run and would be overwritten; write into another folder (" +
+                          named("output-dir") +
+                          "), or "
+                          "under another name",
+                      file.string()));
     if (!known.insert(real).second)
       throw OutputError(
           fmt::format("{}: two outputs have this name (report, state, pictures, cells)", file.string()));

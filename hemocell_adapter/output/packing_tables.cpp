@@ -21,7 +21,7 @@ void findInFile(const CellSpecies& species, PackingTables::Kind& kind) {
     kind.unlikeFile = "is turned or scaled";
     return;
   }
-  const TriangleMesh own = readMesh(species.meshFile);
+  const TriangleMesh own = meshFrom(species.meshFile);
   const std::vector<Vec3>& packed = kind.mesh->vertices;
   const Vec3 origin = boundingBox(own).center();
   constexpr double rounding = 1e-9;  // of centring [µm]

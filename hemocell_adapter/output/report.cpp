@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "hemocell_adapter/problem/realisation_folders.h"
+#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/core/version.h"
 
@@ -246,7 +247,8 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["schema"] = "packMesh-report";
   all["schemaVersion"] = reportVersion;
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
-  all["command"] = done.problem.request.words;
+  const Request& request = done.problem.request;
+  all["command"] = request.words.empty() && request.asked ? wordsOf(*request.asked) : request.words;
   all["outcome"] = outcomeOf(done);
   all["realisation"] = realisationOf(done.output);
   all["configuration"] = configurationOf(done.problem, done.output, done.clearances);

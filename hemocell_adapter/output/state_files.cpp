@@ -9,12 +9,13 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/state_words.h"
+#include "hemocell_adapter/output/state_request.h"
 #include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/make_problem.h"
-#include "hemocell_adapter/problem/realisation_folders.h"
+#include "hemocell_adapter/settings/request_json.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/state_file.h"
@@ -31,24 +32,6 @@ std::string effortOf(const PackingState& state) {
                                      : fmt::format("{} sweeps", state.relaxation.sweeps);
 }
 
-/// The case of a run that continues: in the working directory or, if that is the folder of a realisation, in
-/// its parent folder.
-/// @throws InputError if it is in neither
-void findCase(CommandLine& commandLine) {
-  if (!commandLine.configFile || isThere(*commandLine.configFile)) return;
-  const fs::path state = *commandLine.options().restart;
-  if (const auto place = placeInSeries(state, {})) {
-    const fs::path around = place->seriesFolder / *commandLine.configFile;
-    if (isThere(around)) {
-      commandLine.configFile = around;
-      return;
-    }
-  }
-  throw InputError(
-      fmt::format("{}: no such file; the run of {} was started in another folder; restart it there",
-                  commandLine.configFile->string(), state.string()));
-}
-
 /// @throws InputError if there is no such file, but a checkpoint of the run that was to write it
 void requireNoOtherName(const std::optional<fs::path>& restart) {
   if (restart && !isThere(*restart) && isThere(checkpointOf(*restart)))
@@ -63,31 +46,22 @@ void requireReplaceableState(const Request& request, const fs::path& file) {
     requireReplaceable(file);
     std::error_code ignored;
     const bool continued = request.restart && fs::equivalent(file, *request.restart, ignored);
-    if (!continued && isThere(file)) readStateHead(file);
+    if (!continued && isThere(file)) readStateHead(file, oldestStateVersion);
   } catch (const Error& error) {
-    throw OutputError(
-        fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
+    throw OutputError(fmt::format("{}; the state is not written over it ({} names another file)",
+                                  error.what(), named("state")));
   }
 }
 
 }  // namespace
 
-CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
-  CommandLine commandLine = parseCommandLine(program, arguments);
-  requireNoOtherName(commandLine.options().restart);
-  if (!commandLine.restartAlone) return commandLine;
-  const Request options = commandLine.options();
-  std::vector<std::string> words = wordsNow(readStateHead(*options.restart).command, *options.restart);
-  requireCommand(words, *options.restart);
-  if (words.empty())
-    throw InputError(options.restart->string() +
-                     ": does not contain the command of the run; repeat it with --restart");
-  const std::string begunBy = words.front();
-  words.erase(words.begin());
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  CommandLine continued = parseCommandLine(begunBy, words, words.size() - arguments.size());
-  findCase(continued);
-  return continued;
+Request continued(const Request& asked) {
+  requireNoOtherName(asked.restart);
+  if (!asked.restart || asked.hasLumen()) return asked;
+  const fs::path& state = *asked.restart;
+  Request all = overridden(requestIn(readStateHead(state).record, state), asked);
+  all.words.clear();  // those of the restart alone
+  return all;
 }
 
 void requireReplaceableState(const Request& request) {
@@ -127,7 +101,7 @@ void StateFiles::save(const PackingState& state) {
   const fs::path file = checkpointOf(*request_.output.stateFile);
   saved_ = false;
   try {
-    writeState(file, problem_, storedWords(request_.words, file), state);
+    writeState(file, problem_, recordOf(*request_.asked, file), state);
     saved_ = savedAny_ = true;
   } catch (const OutputError& error) {
     log::warning(error.what());
@@ -139,8 +113,8 @@ void StateFiles::save(const PackingState& state) {
 
 std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const fs::path& file,
                                             const ResultState& result, const FilesOfState& together) {
-  return preparedState(file, packingProblemOf(problem, result.packed),
-                       storedWords(problem.request.words, file), result.state, together);
+  return preparedState(file, packingProblemOf(problem, result.packed), recordOf(*problem.request.asked, file),
+                       result.state, together);
 }
 
 bool savedAlone(const Problem& problem, const fs::path& file, const ResultState& result) {

@@ -7,21 +7,18 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "hemocell_adapter/problem/problem.h"
-#include "hemocell_adapter/settings/command_line.h"
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
 
-/// The words of `arguments` or, if they only request a restart (`--restart file` and options), those of the
-/// command that started the run, with these options appended. Any rank calls it on its own.
-/// @throws UsageError, InputError
-CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
+/// What is asked for or, if that is only a restart without a lumen, the request of the state, overridden by
+/// the rest of it. Any rank calls it on its own. @throws UsageError, InputError
+Request continued(const Request& asked);
 
 /// Tests before hours of packing. @throws OutputError if its folder is not writable, or the state file (or
 /// its checkpoint) exists and is not a state that may be replaced, or has the name of another output

@@ -2,13 +2,19 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/lattice.h"
 #include "hemocell_adapter/plugin/periodic_exchange.h"
 #include "hemocell_adapter/session/running_hemocell.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "hemocell_adapter/settings/request_json.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/parallel/arrival.h"
 
@@ -65,16 +71,9 @@ std::array<int, 3> smallestBlock(const System& system, const Communicator& ranks
   return smallest;
 }
 
-std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Request& request,
-                                             const Communicator& ranks) {
+std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Communicator& ranks) {
   auto simulation = std::make_shared<hemocell::Case>();
   hemocell::together(ranks, [&] { *simulation = hemocell::packingSectionOf(system.config); });
-  hemocell::Request& packing = simulation->packing;
-  for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
-    if (request.counts.count(type.name) + request.ratios.count(type.name) > 0)
-      speciesNamed(packing, type.name);
-  for (const auto& [name, count] : request.counts) speciesNamed(packing, name).count = count;
-  for (const auto& [name, ratio] : request.ratios) speciesNamed(packing, name).ratio = ratio;
   RunningSystem& running = simulation->running.emplace();
   running.lattice = latticeOf(system, ranks);
   running.periodic = system.periodic;
@@ -88,6 +87,56 @@ std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Request
   domain.particleEnvelopeWhere = "<particleEnvelope>";
   domain.smallestBlock = smallestBlock(system, ranks);
   return simulation;
+}
+
+/// The species that options state, in HemoCell's order, before unknown names.
+hemocell::Json speciesOf(const System& system, const Request& options) {
+  hemocell::Json species = hemocell::Json::array();
+  std::set<std::string> known;
+  const auto add = [&](const std::string& name) {
+    const auto count = options.counts.find(name);
+    const auto ratio = options.ratios.find(name);
+    if ((count == options.counts.end() && ratio == options.ratios.end()) || !known.insert(name).second)
+      return;
+    hemocell::Json one = {{"name", name}};
+    if (count != options.counts.end()) one["count"] = count->second;
+    if (ratio != options.ratios.end()) one["ratio"] = ratio->second;
+    species.push_back(one);
+  };
+  for (const CellType& type : system.types) add(type.name);
+  for (const auto& [name, count] : options.counts) add(name);
+  for (const auto& [name, ratio] : options.ratios) add(name);
+  return species;
+}
+
+/// What is asked for: the members that are set, over the options in `more`.
+hemocell::Request requestOf(const System& system, const Request& options, const hemocell::Case& simulation) {
+  hemocell::Json json = {{"config", simulation.file.string()}};
+  if (options.hematocrit >= 0.0) json["hematocrit"] = options.hematocrit;
+  if (options.seed >= 0) json["seed"] = options.seed;
+  if (options.clearance >= 0.0) json["clearance"] = options.clearance;
+  if (options.wallClearance >= 0.0) json["wallClearance"] = options.wallClearance;
+  if (!options.method.empty()) json["method"] = options.method;
+  if (!options.stateFile.empty()) json["stateFile"] = options.stateFile;
+  if (!options.posFolder.empty()) json["outputDirectory"] = options.posFolder;
+  if (!options.periodic) json["ends"] = "closed";
+  if (!options.counts.empty() || !options.ratios.empty()) json["species"] = speciesOf(system, options);
+  return withJson(hemocell::readOptions(options.more), json, {hemocell::Origin::Kind::member, ""});
+}
+
+/// What messages call a setting: a member of PackingOptions, or what is in `more`.
+std::string termOf(const hemocell::SettingName& setting) {
+  static const std::map<std::string, std::string> members = {
+      {"hematocrit", "hematocrit"},        {"seed", "seed"},     {"clearance", "clearance"},
+      {"wall-clearance", "wallClearance"}, {"method", "method"}, {"state", "stateFile"},
+      {"output-dir", "posFolder"},         {"ends", "periodic"}, {"species.count", "counts"},
+      {"species.ratio", "ratios"}};
+  const auto member = members.find(setting.name);
+  if (member == members.end()) return hemocell::termOfProgram(setting);
+  std::string text = "PackingOptions::" + member->second;
+  if (!setting.of.empty()) text += "[\"" + setting.of + "\"]";
+  if (setting.name == "ends") return setting.value == "closed" ? text + " = false" : text;
+  return setting.value.empty() || setting.value.size() == 1 ? text : text + " = \"" + setting.value + "\"";
 }
 
 /// A cell as it is sent: its vertices, if they are its own, are sent apart.
@@ -236,22 +285,23 @@ packmesh::Cell fitted(const DeformedCell& cell, const System& system, const Runn
 
 /// Calls work(simulation, ranks), and turns exceptions into a message.
 template <class Work>
-Filling guarded(const System& system, const Request& request, const Work& work) {
+Filling guarded(const System& system, const Work& work) {
+  hemocell::setTerms(termOf);
   const Communicator ranks = Communicator::copyOf(system.ranks);
   hemocell::log::setLevel(ranks.rank() > 0 ? hemocell::log::Level::silent : hemocell::log::Level::normal);
   Arrival failures(ranks);
   Filling filling;
   try {
     hemocell::requireConnected();
-    filling = work(caseOf(system, request, ranks), ranks);
+    filling = work(caseOf(system, ranks), ranks);
   } catch (const hemocell::AgreedFailure& failure) {
     filling.exitCode = int(failure.code());
-    filling.message = failure.what();
+    filling.message = hemocell::inTermsOfUser(failure.what());
   } catch (...) {
     const hemocell::Failure failure = hemocell::failureOfException();
     hemocell::endUnlessOfAll(failure, failures, ranks);
     filling.exitCode = int(failure.code);
-    filling.message = failure.message;
+    filling.message = hemocell::inTermsOfUser(failure.message);
   }
   return filling;
 }
@@ -268,13 +318,15 @@ Filling distributed(const hemocell::Filling& packed, const System& system, const
 }  // namespace
 
 Filling fill(const System& system, const Request& request) {
-  return guarded(system, request, [&](const auto& simulation, const Communicator& ranks) {
-    return distributed(hemocell::fill(simulation, request.words, ranks), system, *simulation->running, ranks);
+  return guarded(system, [&](const auto& simulation, const Communicator& ranks) {
+    hemocell::Request asked;
+    hemocell::together(ranks, [&] { asked = requestOf(system, request, *simulation); });
+    return distributed(hemocell::fill(simulation, asked, ranks), system, *simulation->running, ranks);
   });
 }
 
 Filling load(const System& system, const std::string& stateFile, bool leavesOut) {
-  return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
+  return guarded(system, [&](const auto& simulation, const Communicator& ranks) {
     return distributed(hemocell::fillFromState(simulation, stateFile, leavesOut, ranks), system,
                        *simulation->running, ranks);
   });
@@ -282,7 +334,7 @@ Filling load(const System& system, const std::string& stateFile, bool leavesOut)
 
 Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
              const std::string& stateFile, bool rigid) {
-  return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
+  return guarded(system, [&](const auto& simulation, const Communicator& ranks) {
     std::vector<packmesh::Cell> moved;
     double residual = 0.0;
     for (const DeformedCell& cell : cells)

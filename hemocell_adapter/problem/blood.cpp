@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/own_meshes.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/side_wall.h"
@@ -216,7 +217,7 @@ void settleCounts(Problem& problem, const StateCells& blood, const std::vector<i
 void addBlood(Problem& problem) {
   if (!problem.request.blood) return;
   const std::string file = problem.request.blood->string();
-  StateCells blood = readStateCells(*problem.request.blood, Communicator());
+  StateCells blood = cellsFrom(*problem.request.blood, Communicator());
   if (blood.box.empty() || !(blood.box.size().minCoeff() > 0.0))
     throw InputError(file + ": has no lumen whose size its cells could be repeated by");
   requireWide(blood, file);
@@ -225,7 +226,9 @@ void addBlood(Problem& problem) {
     problem.notices.push_back(
         file +
         ": the lumen is larger than that of these cells, whose walls are repeated inside it, with the plasma "
-        "and the platelets that were there. --profile developed puts red cells towards the axis, and "
+        "and the platelets that were there. " +
+        named("profile", "developed") +
+        " puts red cells towards the axis, and "
         "platelets "
         "to the wall");
   std::vector<int> speciesOf;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
@@ -99,9 +100,11 @@ Lumen domainBox(const Request& request, const Case& simulation) {
   if (!request.walls) {
     throw InputError(fmt::format(
         "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are "
-        "walls is defined only in the case's C++ code: specify it by --walls yz (or xyz, none) or "
-        "<packing><walls>, or describe the lumen in "
-        "<packing><container>",
+        "walls is defined only in the case's C++ code: specify it by " +
+            named("walls", "yz") +
+            " (or xyz, none) or "
+            "<packing><walls>, or describe the lumen in "
+            "<packing><container>",
         simulation.file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
   }
   Lumen lumen;

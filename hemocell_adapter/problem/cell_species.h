@@ -39,9 +39,9 @@ struct SpeciesPlan {
   enum class Template { model, mesh, ellipsoid, built };
   std::string name;
   Template kind = Template::model;
-  CellModel model;                 ///< model
-  std::filesystem::path meshFile;  ///< mesh
-  double meshScale = 1.0;          ///< mesh: µm per unit of the file
+  CellModel model;         ///< model
+  Source meshFile;         ///< mesh
+  double meshScale = 1.0;  ///< mesh: µm per unit of the file
   MeshFrame meshFrame = MeshFrame::hemocell;
   Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
   TriangleMesh builtMesh;             ///< built: by a running HemoCell [µm]

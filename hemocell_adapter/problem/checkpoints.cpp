@@ -26,7 +26,7 @@ std::filesystem::path resultOf(const std::filesystem::path& file) {
 
 bool savesCheckpoints(const Request& request) {
   return request.output.stateFile &&
-         (request.states("state") || request.output.checkpointEvery > 0.0 || request.restart);
+         (request.states("stateFile") || request.output.checkpointEvery > 0.0 || request.restart);
 }
 
 }  // namespace packmesh::hemocell

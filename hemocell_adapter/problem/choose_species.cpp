@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/base/value.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/packing/state_cells.h"
@@ -39,33 +40,33 @@ std::string sourceOf(const Case* simulation) {
 /// The requests of cells to pack, completed step by step.
 class PackedSpecies {
  public:
-  PackedSpecies(Request& request, const Request& options, const Case* simulation,
-                std::vector<std::string>& warnings)
+  PackedSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings)
       : request_(request),
         simulation_(simulation),
         running_(simulation && simulation->running ? &*simulation->running : nullptr),
         warnings_(warnings),
         all_(std::move(request.species)),
-        plateletRatio_(request.plateletRatio),
-        options_(options),
-        listed_(simulation && !simulation->packing.species.empty()) {}
+        plateletRatio_(request.plateletRatio) {
+    for (const auto& [key, origin] : request.origins)
+      listed_ = listed_ || (key.compare(0, 8, "species.") == 0 && isList(origin));
+  }
 
   std::vector<SpeciesRequest> operator()() {
-    replaceRatios();
     setDetailsAside();
     settleHematocrit();
     if (request_.hematocrit) {
       addRedCells();
       addPlatelets();
     } else if (plateletRatio_) {
-      warnings_.push_back("--plt_ratio is ignored: it belongs to --hematocrit");
+      warnings_.push_back(
+          fmt::format("{} is ignored: it belongs to {}", named("plt_ratio"), named("hematocrit")));
     }
     if (!details_.empty())
       throw UsageError(
           fmt::format("settings for '{}', but there are no such cells to pack", details_.front().name));
     if (all_.empty())
-      throw UsageError(
-          "how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
+      throw UsageError(fmt::format("how many cells? Give {} or counts such as {}, or the same in <packing>",
+                                   named("hematocrit", "h"), named("rbc", "n")));
     requireNumbers();
     return std::move(all_);
   }
@@ -76,42 +77,47 @@ class PackedSpecies {
     return std::find_if(in.begin(), in.end(), [&](const SpeciesRequest& s) { return s.name == name; });
   }
 
-  bool countedOnCommandLine(const SpeciesRequest& request) const {
-    const SpeciesRequest* option = findSpecies(options_, request.name);
-    return option && option->count;
+  /// The section of a case, and what a running case asks for, list all species that there are; other front
+  /// ends add to a hematocrit's.
+  static bool isList(const Origin& from) {
+    return from.kind == Origin::Kind::section || from.kind == Origin::Kind::member;
   }
 
-  /// A count on the command line replaces a ratio in the file.
-  void replaceRatios() {
-    for (SpeciesRequest& request : all_)
-      if (countedOnCommandLine(request)) request.ratio.reset();
+  /// Where the number of cells is stated; nullptr: nowhere.
+  const Origin* originOfNumber(const SpeciesRequest& species) const {
+    const Origin* const count = request_.originOf(keyOfSpecies(species.name, "count"));
+    return count ? count : request_.originOf(keyOfSpecies(species.name, "ratio"));
   }
 
   /// Details without cells: stored, and applied to species that a hematocrit adds.
   void setDetailsAside() {
     const auto isCells = [&](const SpeciesRequest& request) {
-      return selects(request) || (listed_ && findSpecies(simulation_->packing, request.name));
+      const Origin* const name = request_.originOf(keyOfSpecies(request.name, "name"));
+      return selects(request) || (name && isList(*name));
     };
     const auto aside = std::stable_partition(all_.begin(), all_.end(), isCells);
     details_.assign(aside, all_.end());
     all_.erase(aside, all_.end());
   }
 
-  /// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is invalid.
+  /// A hematocrit and numbers of all red cells contradict each other: what is stated later counts.
   void settleHematocrit() {
     if (!request_.hematocrit || fillerOf(all_) || std::none_of(all_.begin(), all_.end(), isRedCell)) return;
-    if (options_.hematocrit) {
-      const auto fromFile = std::find_if(all_.begin(), all_.end(), [&](const SpeciesRequest& s) {
-        return isRedCell(s) && !countedOnCommandLine(s);
-      });
-      if (fromFile == all_.end()) return;
-      fromFile->count.reset();
-      fromFile->ratio.reset();
-    } else if (std::any_of(all_.begin(), all_.end(), [&](const SpeciesRequest& s) {
-                 return isRedCell(s) && countedOnCommandLine(s);
-               })) {
+    const Origin hematocrit =
+        *request_.originOf(request_.states("hematocrit") ? "hematocrit" : "dischargeHematocrit");
+    SpeciesRequest* earlier = nullptr;  // than the hematocrit
+    bool later = false;
+    for (SpeciesRequest& species : all_) {
+      const Origin* const number = isRedCell(species) ? originOfNumber(species) : nullptr;
+      if (number && hematocrit.isLaterThan(*number) && !earlier) earlier = &species;
+      later = later || (number && number->isLaterThan(hematocrit));
+    }
+    if (earlier) {
+      earlier->count.reset();
+      earlier->ratio.reset();
+    } else if (later) {
       request_.hematocrit.reset();
-    } else {
+    } else if (hematocrit.isSection()) {
       throw InputError(
           fmt::format("{}: <hematocrit> contradicts a count or ratio for every red cell; remove one of them",
                       sourceOf(simulation_)));
@@ -164,13 +170,14 @@ class PackedSpecies {
   bool knowsPlatelets() const {
     if (running_) {
       if (!running_->cell("PLT") && plateletRatio_)
-        throw InputError("the case has no cell type 'PLT'; --plt_ratio asks for platelets");
+        throw InputError(
+            fmt::format("the case has no cell type 'PLT'; {} asks for platelets", named("plt_ratio")));
       return running_->cell("PLT");
     }
     if (!simulation_ || isThere(simulation_->folder / "PLT.xml")) return true;
     if (plateletRatio_)
-      throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",
-                                   (simulation_->folder / "PLT.xml").string()));
+      throw InputError(fmt::format("{}: no such file; {} asks for platelets",
+                                   (simulation_->folder / "PLT.xml").string(), named("plt_ratio")));
     return false;
   }
 
@@ -188,8 +195,7 @@ class PackedSpecies {
   std::vector<std::string>& warnings_;
   std::vector<SpeciesRequest> all_, details_;
   std::optional<double> plateletRatio_;
-  const Request& options_;
-  const bool listed_;  ///< the case lists its cells
+  bool listed_ = false;  ///< the case lists its cells
 };
 
 }  // namespace
@@ -200,8 +206,8 @@ bool isRedCell(const SpeciesRequest& request) {
 
 bool nameSpeciesOfStates(Request& request) {
   bool deformed = false;
-  const auto take = [&](const fs::path& file, const auto& use) {
-    const StateCells state = readStateCells(file, Communicator(), false);
+  const auto take = [&](const Source& file, const auto& use) {
+    const StateCells state = cellsFrom(file, Communicator(), false);
     deformed = deformed || state.deformed;
     for (const StateCells::Kind& kind : state.species) {
       if (!isCellName(kind.name))  // a file of that name is written
@@ -210,26 +216,24 @@ bool nameSpeciesOfStates(Request& request) {
       use(speciesNamed(request, kind.name));
     }
   };
-  for (const fs::path& file : request.fixedStates)
+  for (const Source& file : request.fixedStates)
     take(file, [&](SpeciesRequest& species) { species.fixed = file; });
-  for (const fs::path& file : request.startStates)
+  for (const Source& file : request.startStates)
     take(file, [&](SpeciesRequest& species) { species.start = file; });
   if (request.blood) {
     std::error_code ignored;
-    if (fs::is_directory(*request.blood, ignored))
+    if (fs::is_directory(request.blood->file, ignored))
       throw InputError(
           fmt::format("{0}: is a folder; packmesh run {0} --case config.xml --state blood.h5 writes the "
-                      "cells of its last "
-                      "step to a state, which --blood takes",
-                      request.blood->string()));
+                      "cells of its last step to a state, which {1} takes",
+                      request.blood->string(), named("blood")));
     take(*request.blood, [](SpeciesRequest& species) { species.inBlood = true; });
   }
   return deformed;
 }
 
-void completeSpecies(Request& request, const Request& options, const Case* simulation,
-                     std::vector<std::string>& warnings) {
-  request.species = PackedSpecies(request, options, simulation, warnings)();
+void completeSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings) {
+  request.species = PackedSpecies(request, simulation, warnings)();
 }
 
 }  // namespace packmesh::hemocell

@@ -17,12 +17,10 @@ bool isRedCell(const SpeciesRequest& request);
 /// @return whether cells in them have meshes of their own @throws InputError
 bool nameSpeciesOfStates(Request& request);
 
-/// Completes the species to pack: those of `<packing>` and of the options, plus RBC (and PLT) if a hematocrit
-/// requires them. Clears the hematocrit where counts of the options replace one of a file.
-/// @param request with everything that is stated @param options those of the command line alone, which take
-/// precedence @param simulation nullptr: none
+/// Completes the species to pack: those that are stated, plus RBC (and PLT) if a hematocrit requires them. Of
+/// a hematocrit and the number of red cells, what is stated later replaces the other.
+/// @param simulation nullptr: none
 /// @throws UsageError, InputError
-void completeSpecies(Request& request, const Request& options, const Case* simulation,
-                     std::vector<std::string>& warnings);
+void completeSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings);
 
 }  // namespace packmesh::hemocell

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
@@ -34,10 +35,9 @@ std::string originText(const std::string& where, double distance) {
 }
 
 std::string howToState(const std::string& name) {
-  return fmt::format(
-      "state it by <species name=\"{0}\" minimumDistanceFromSolid=\"...\"/> or "
-      "--minimum-distance-from-solid {0} d",
-      name);
+  return fmt::format("state it by <species name=\"{0}\" minimumDistanceFromSolid=\"...\"/> or " +
+                         named("minimum-distance-from-solid") + " {0} d",
+                     name);
 }
 
 /// The calls that set the distance of one species.
@@ -161,10 +161,11 @@ std::optional<PreInletCall> callOf(const CaseSource& source) {
   throw InputError(fmt::format(
       "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. Its position "
       "is defined in the case's C++ code, of which only autoPreinletFromBoundary(Direction::Xpos) is "
-      "read.{} Find preInletFromSlice(Direction::Xpos, slice) there, and specify the direction by "
-      "--pre-inlet Xpos or <packing><preInlet> Xpos </preInlet>, and the plane by <preInletSlice> where "
-      "the slice is not the outermost plane with fluid. Or describe the inlet in <packing><container>, "
-      "with its low corner at the origin. The plug-in needs none of this",
+      "read.{} Find preInletFromSlice(Direction::Xpos, slice) there, and specify the direction by " +
+          named("pre-inlet", "Xpos") +
+          " or <packing><preInlet> Xpos </preInlet>, and the plane by <preInletSlice> where "
+          "the slice is not the outermost plane with fluid. Or describe the inlet in <packing><container>, "
+          "with its low corner at the origin. The plug-in needs none of this",
       simulation.file.string(), calls));
 }
 
@@ -176,7 +177,7 @@ std::vector<NodeRange> statedRanges(const Request& request, int axis) {
   for (const NodeRange& range : ranges)
     if (range.axis == axis)
       throw InputError(fmt::format(
-          "--pre-inlet-range {}: the inlet is along {}; its ranges are those of the other two axes",
+          named("pre-inlet-range") + " {}: the inlet is along {}; its ranges are those of the other two axes",
           toString(range), "xyz"[axis]));
   return ranges;
 }
@@ -188,23 +189,24 @@ std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* 
   const bool detailed = request.preInletSlice || !request.preInletRanges.empty();
   const bool needed = simulation && simulation->hasPreInlet && !request.container;
   if (!request.preInlet && !needed) {
-    if (detailed) throw UsageError("slice and range of a pre-inlet need its direction: --pre-inlet Xpos");
+    if (detailed)
+      throw UsageError("slice and range of a pre-inlet need its direction: " + named("pre-inlet", "Xpos"));
     return {};
   }
   if (!needed && !(simulation && simulation->hasPreInlet && simulation->preInletLength))
-    throw InputError("--pre-inlet is for cases whose config.xml has <preInlet><parameters><lengthN>");
+    throw InputError(named("pre-inlet") +
+                     " is for cases whose config.xml has <preInlet><parameters><lengthN>");
   const std::optional<PreInletCall> call = callOf(simulation->source);
   if (!request.preInlet && !call && detailed)
-    throw UsageError("slice and range of a pre-inlet need its direction: --pre-inlet Xpos");
+    throw UsageError("slice and range of a pre-inlet need its direction: " + named("pre-inlet", "Xpos"));
   if (!request.preInlet && (!call || (!call->slice && !request.preInletSlice)))
     refuseUnknownPreInlet(*simulation);
   if (!simulation->preInletLength)
     throw InputError(fmt::format("{}: <preInlet> has no <parameters><lengthN>", simulation->file.string()));
   if (!simulation->domain.geometry || request.container)
-    throw InputError(
-        simulation->file.string() +
-        ": a pre-inlet (--pre-inlet) is packed in cases with a <geometry>; describe another inlet in "
-        "<packing><container>, with its low corner at the origin");
+    throw InputError(simulation->file.string() + ": a pre-inlet (" + named("pre-inlet") +
+                     ") is packed in cases with a <geometry>; describe another inlet in "
+                     "<packing><container>, with its low corner at the origin");
   PreInletPlace place = PreInletPlace::named(request.preInlet ? *request.preInlet : *call->direction);
   const bool same = call && lowered(*call->direction) == lowered(request.preInlet.value_or(*call->direction));
   if (call && !same)
@@ -218,7 +220,8 @@ std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* 
     if (!place.slice)
       warnings.push_back(
           fmt::format("{}: {}: slices are not read from the code; the outermost one with fluid is taken "
-                      "(--pre-inlet-slice, --pre-inlet-range state it)",
+                      "(" +
+                          named("pre-inlet-slice") + ", " + named("pre-inlet-range") + " state it)",
                       call->where, call->text));
   }
   place.ranges = statedRanges(request, place.axis);

@@ -4,43 +4,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <limits>
 #include <system_error>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/choose_species.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
-#include "hemocell_adapter/settings/packing_section.h"
+#include "hemocell_adapter/settings/request_json.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/input_file.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Sizes of a box. packCells reads them with atoi; under its name packMesh does the same, with a warning if
-/// that matters.
-Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings) {
-  const ValueSpec spec = specs::length("");
-  Vec3 sizes;
-  for (int k = 0; k < 3; ++k) {
-    const std::string& text = (*commandLine.sizes)[k];
-    located<UsageError>(fmt::format("size s{}", "XYZ"[k]), [&] {
-      sizes[k] = std::get<double>(parseValue(spec, text));
-      const double truncated = std::atoi(text.c_str());
-      if (!commandLine.asPackCells || truncated == sizes[k]) return;
-      const std::string notice = fmt::format(
-          "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated);
-      if (!(truncated > 0)) throw InputError(notice);
-      warnings.push_back(notice);
-      sizes[k] = truncated;
-    });
-  }
-  return sizes;
-}
 
 /// Where the outputs are: the folder of the case, and the state in it.
 void chooseOutputs(Request& request, const Case* simulation) {
@@ -63,77 +42,67 @@ const char* nameOf(Method::Kind method) {
   return method == Method::cat ? "cat" : "relaxation";
 }
 
-/// Where settings without an option are from, for messages.
-std::string sectionOf(const Case* simulation) {
-  return simulation ? simulation->file.string() : "argument";
-}
-
 /// Settings that have no effect are refused, not ignored.
-void checkApplicability(const Request& request, const Request& options, const Case* simulation) {
+void checkApplicability(const Request& request, const Case* simulation) {
   const bool meshLumen = request.container && request.container->lumen &&
                          request.container->lumen->kind == SolidRequest::Kind::mesh;
   if (request.container && request.container->lumen && request.container->lumen->openAxis && !meshLumen) {
-    throw UsageError("option '--open-axis' is for --vessel; a cylinder is open or closed by --ends");
+    throw UsageError(fmt::format("{} is for {}; a cylinder is open or closed by {}", heading("open-axis"),
+                                 named("vessel"), named("ends")));
   }
   if (meshLumen && request.container->lumen->file.empty()) {
-    throw UsageError("option '--open-axis' needs a --vessel");
+    throw UsageError(fmt::format("{} needs a {}", heading("open-axis"), named("vessel")));
   }
   for (const Setting& setting : settingsTable()) {
-    if (!setting.method || *setting.method == request.method || !request.states(setting.name())) continue;
+    const std::string key = setting.key();
+    if (!setting.method || *setting.method == request.method || !request.states(key)) continue;
     if (setting.isFlag() && !std::get<bool>(*setting.get(request))) continue;
-    if (options.states(setting.name()))
-      throw UsageError(
-          fmt::format("option '--{}' is for --method {}", setting.option, nameOf(*setting.method)));
-    throw InputError(fmt::format("{}: <{}>: it is for <method> {}", sectionOf(simulation), setting.name(),
-                                 nameOf(*setting.method)));
+    if (request.originOf(key)->isSection())
+      refuseStated(request, key, fmt::format("it is for <method> {}", nameOf(*setting.method)));
+    throw UsageError(
+        fmt::format("{} is for {}", whereStated(request, key), named("method", nameOf(*setting.method))));
   }
-  if (request.method == Method::cat && !hasCat()) {
-    const std::string reason = "this packMesh was built without 'cat' (CMake: -DPACKMESH_CAT=ON)";
-    if (options.states("method")) throw UsageError("option '--method': " + reason);
-    throw InputError(sectionOf(simulation) + ": <method>: " + reason);
-  }
+  if (request.method == Method::cat && !hasCat())
+    refuseStated(request, "method", "this packMesh was built without 'cat' (CMake: -DPACKMESH_CAT=ON)");
   if (request.output.reportFile && request.output.reportFile->extension() != ".json" &&
-      request.output.reportFile->extension() != ".html") {
-    const std::string reason = fmt::format("expected a file that ends in .json or .html, found '{}'",
-                                           request.output.reportFile->string());
-    if (options.states("report")) throw UsageError("option '--report': " + reason);
-    throw InputError(sectionOf(simulation) + ": <report>: " + reason);
-  }
+      request.output.reportFile->extension() != ".html")
+    refuseStated(request, "report",
+                 fmt::format("expected a file that ends in .json or .html, found '{}'",
+                             request.output.reportFile->string()));
   const bool ownBody = request.container && request.container->lumen;
   const bool boxLumen = ownBody ? request.container->lumen->kind == SolidRequest::Kind::box
                                 : !simulation || !simulation->domain.geometry || request.container;
-  if (request.walls && !request.walls->empty() && !boxLumen) {
-    const std::string reason = "walls are chosen for boxes only; the surface of this lumen is its wall";
-    if (options.states("walls")) throw UsageError("option '--walls': " + reason);
-    throw InputError(sectionOf(simulation) + ": <walls>: " + reason);
-  }
-  if (options.states("tile") &&
+  if (request.walls && !request.walls->empty() && !boxLumen)
+    refuseStated(request, "walls", "walls are chosen for boxes only; the surface of this lumen is its wall");
+  if (request.states("tile") &&
       (!request.boxSize || request.container || !request.periodicEnds.value_or(false)))
-    throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
+    throw UsageError(fmt::format("{} is for periodic boxes: {} {}", heading("tile"), named("box"),
+                                 named("ends", "periodic")));
   if (request.seed + std::uint64_t(request.realisations - 1) >
       std::uint64_t(std::numeric_limits<std::int64_t>::max()))
-    throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
+    throw UsageError(heading("realisations") + ": the last of the seeds would be larger than a seed may be");
   if (request.inColumns && request.boxSize && !ownBody && !request.periodicEnds.value_or(false))
-    throw InputError(
-        "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
+    throw InputError(fmt::format("columns ({}, <order>) take a box that is periodic along all axes: {} {}",
+                                 named("order"), named("box"), named("ends", "periodic")));
   if (request.largestClearance && request.output.stateFile)
-    throw UsageError(
-        "the largest clearance (--clearance max) requires many packings, and a state belongs to one: omit "
-        "--state and --checkpoint-every, or state a clearance");
+    throw UsageError(fmt::format(
+        "the largest clearance ({}) requires many packings, and a state belongs to one: omit {} and {}, or "
+        "state a clearance",
+        named("clearance", "max"), named("state"), named("checkpoint-every")));
   if (request.largestClearance && request.cat.usesReserve())
-    throw UsageError("the largest clearance (--clearance max) is not searched for with escapes (--escape)");
-  if (request.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
+    throw UsageError(named("clearance", "max") + ": it is not searched for with " + named("escape"));
+  if (request.keepAll && ownBody)
+    throw UsageError(fmt::format("{} is for boxes: {}", heading("keep-all"), named("box")));
   if (request.periodicEnds.value_or(false) && request.keepAll) {
-    throw UsageError(
-        "--ends periodic excludes --keep-all: HemoCell deletes every cell that crosses a periodic face");
+    throw UsageError(fmt::format("{} excludes {}: HemoCell deletes every cell that crosses a periodic face",
+                                 named("ends", "periodic"), named("keep-all")));
   }
 }
 
 /// Valid settings that are probably unintended.
-void warnOfUnits(const Request& request, const Request& options, const Case* simulation,
-                 std::vector<std::string>& warnings) {
-  const std::string where = simulation ? simulation->domain.dxWhere : "option '--dx'";
-  if (simulation || options.states("dx"))
+void warnOfUnits(const Request& request, const Case* simulation, std::vector<std::string>& warnings) {
+  const std::string where = simulation ? simulation->domain.dxWhere : heading("dx");
+  if (simulation || request.states("dx"))
     if (const auto warning = spacingWarning(request.dx, where)) warnings.push_back(*warning);
   std::error_code ignored;
   if (simulation && simulation->domain.geometry && request.container && request.container->lumen &&
@@ -164,91 +133,90 @@ void continueRealisations(Request& request) {
   const auto place = placeInSeries(*request.restart, request.realisations);
   if (!place)
     throw UsageError(fmt::format(
-        "option '--restart': realisations continue from the state of one of them, where it was written: "
-        "{}; found '{}'",
+        "{}: realisations continue from the state of one of them, where it was written: {}; found '{}'",
+        heading("restart"),
         (output.folder / realisationFolder(1, request.realisations) / "state.h5").string(),
         request.restart->string()));
   output.realisation = place->realisation;
   output.folder = place->seriesFolder;
 }
 
-/// Everything that is stated, in the order of precedence.
-Request statedBy(const CommandLine& commandLine, const Case* simulation, std::vector<std::string>& warnings) {
-  Request request;
-  if (simulation) request = simulation->packing;
-  if (commandLine.sizes) request.boxSize = boxSizes(commandLine, warnings);
-  if (!commandLine.section.empty())
-    request = withPackingSection(std::move(request), commandLine.section, "argument");
-  request = withOptions(std::move(request), commandLine);
-  request.packCellsConventions = commandLine.asPackCells;
-  request.words = commandLine.words;
-  return request;
-}
-
-/// Of a hematocrit and a discharge hematocrit, options override the section of a case. Until the lumen is
-/// known, the discharge hematocrit stands for that of the lumen.
-void settleHematocrit(Request& request, const Request& options, const Case* simulation) {
+/// Of a hematocrit and a discharge hematocrit there is one, after overriding. Until the lumen is known, the
+/// discharge hematocrit stands for that of the lumen.
+void settleHematocrit(Request& request) {
   if (!request.dischargeHematocrit) return;
-  if (options.hematocrit && options.dischargeHematocrit)
-    throw UsageError("--hematocrit and --discharge-hematocrit exclude each other");
-  if (request.hematocrit && !options.hematocrit && !options.dischargeHematocrit)
-    throw InputError(sectionOf(simulation) + ": <hematocrit> and <dischargeHematocrit> exclude each other");
-  if (options.hematocrit)
-    request.dischargeHematocrit.reset();
-  else
-    request.hematocrit = request.dischargeHematocrit;
+  if (request.hematocrit) {
+    if (const Origin& from = *request.originOf("hematocrit"); from.isSection())
+      throw InputError(from.place + " and <dischargeHematocrit> exclude each other");
+    throw UsageError(
+        fmt::format("{} and {} exclude each other", named("hematocrit"), named("discharge-hematocrit")));
+  }
+  request.hematocrit = request.dischargeHematocrit;
 }
 
 /// What packing and checking have in common.
 /// @return whether cells of states have meshes of their own
-bool settle(CompletedRequest& completed, const Request& options) {
+bool settle(CompletedRequest& completed) {
   Request& request = completed.request;
   const Case* simulation = completed.simulation.get();
   const bool deformed = nameSpeciesOfStates(request);
-  settleHematocrit(request, options, simulation);
+  settleHematocrit(request);
   chooseOutputs(request, simulation);
   chooseEnds(request, simulation);
   if (simulation) request.dx = simulation->domain.dx;
-  warnOfUnits(request, options, simulation, completed.warnings);
+  warnOfUnits(request, simulation, completed.warnings);
   if (request.packCellsConventions && !request.redCellVolume) request.redCellVolume = packCellsRedCellVolume;
-  checkApplicability(request, options, simulation);
+  checkApplicability(request, simulation);
   continueRealisations(request);
   if (!simulation || !simulation->running)
     completed.preInlet = choosePreInlet(request, simulation, completed.warnings);
   if (request.ignoredScale)
-    completed.warnings.emplace_back("--scale is ignored: there is no neighbour grid to tune");
+    completed.warnings.push_back(named("scale") + " is ignored: there is no neighbour grid to tune");
   return deformed;
 }
 
-CompletedRequest begun(const CommandLine& commandLine, std::shared_ptr<const Case> running) {
+/// The case; of a run that continues, which names a file in the working directory, that may also be the
+/// folder of a realisation. @throws InputError if it is neither there nor in the parent folder
+std::filesystem::path caseFileOf(const Request& asked) {
+  const std::filesystem::path& file = *asked.config;
+  const bool ofState = asked.restart && asked.originOf("config")->kind == Origin::Kind::state;
+  if (isThere(file) || !ofState) return file;
+  if (const auto place = placeInSeries(*asked.restart, {}); place && isThere(place->seriesFolder / file))
+    return place->seriesFolder / file;
+  throw InputError(
+      fmt::format("{}: no such file; the run of {} was started in another folder; restart it there",
+                  file.string(), asked.restart->string()));
+}
+
+CompletedRequest begun(const Request& asked, std::shared_ptr<const Case> running) {
+  requireConsistent(asked);
   CompletedRequest completed;
   completed.simulation = std::move(running);
-  if (!completed.simulation && commandLine.configFile)
-    completed.simulation = std::make_shared<const Case>(readCase(*commandLine.configFile));
-  completed.request = statedBy(commandLine, completed.simulation.get(), completed.warnings);
+  if (!completed.simulation && asked.config)
+    completed.simulation = std::make_shared<const Case>(readCase(caseFileOf(asked)));
+  completed.request = overridden(completed.simulation ? completed.simulation->packing : Request(), asked);
+  completed.request.asked = std::make_shared<const Request>(asked);
+  completed.warnings = asked.remarks;
   return completed;
 }
 
 }  // namespace
 
-CompletedRequest requestToPack(const CommandLine& commandLine, std::shared_ptr<const Case> running) {
-  CompletedRequest completed = begun(commandLine, std::move(running));
+CompletedRequest requestToPack(const Request& asked, std::shared_ptr<const Case> running) {
+  CompletedRequest completed = begun(asked, std::move(running));
   const Case* simulation = completed.simulation.get();
-  const Request options = commandLine.options();
-  const bool deformed = settle(completed, options);
+  const bool deformed = settle(completed);
   OutputRequest& output = completed.request.output;
   if (deformed && !output.stateFile && !(simulation && simulation->running))
     output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
-  completeSpecies(completed.request, options, simulation, completed.warnings);
+  completeSpecies(completed.request, simulation, completed.warnings);
   return completed;
 }
 
-CompletedRequest requestToCheck(const CommandLine& commandLine,
-                                const std::optional<std::filesystem::path>& folder) {
-  CompletedRequest completed = begun(commandLine, nullptr);
-  const Request options = commandLine.options();
-  onlyOutputsOf(options.output, completed.request.output);
-  settle(completed, options);
+CompletedRequest requestToCheck(const Request& asked, const std::optional<std::filesystem::path>& folder) {
+  CompletedRequest completed = begun(asked, nullptr);
+  onlyOutputsOf(asked.output, completed.request.output);
+  settle(completed);
   if (folder) completed.request.output.folder = *folder;
   return completed;
 }
@@ -265,9 +233,10 @@ std::vector<std::filesystem::path> foldersToCheck(const Request& request) {
       break;
     }
   if (request.output.asksForViews())
-    throw UsageError(
+    throw UsageError(fmt::format(
         "reports, scenes, VTK files and exports of a check are of one folder: name one of the realisations "
-        "by --output-dir");
+        "by {}",
+        named("output-dir")));
   return folders;
 }
 

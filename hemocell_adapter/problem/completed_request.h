@@ -10,7 +10,7 @@
 
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pre_inlet.h"
-#include "hemocell_adapter/settings/command_line.h"
+#include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
 
@@ -22,15 +22,14 @@ struct CompletedRequest {
   std::vector<std::string> warnings;       ///< how the input was interpreted, for the user
 };
 
-/// What is to be packed: the `<packing>` section of the case, then a section among the words, then the
-/// options, each of which overrides those before.
-/// @param running inside HemoCell: the case, of which no file is read; otherwise that of the command line
+/// What is to be packed: the `<packing>` section of the case, overridden by what a front end states.
+/// @param running inside HemoCell: the case, of which no file is read; otherwise that of the request
 /// @throws UsageError, InputError
-CompletedRequest requestToPack(const CommandLine& commandLine, std::shared_ptr<const Case> running = nullptr);
+CompletedRequest requestToPack(const Request& asked, std::shared_ptr<const Case> running = nullptr);
 
 /// What is to be checked. @param folder of the .pos files, regardless of other settings
 /// @throws UsageError, InputError
-CompletedRequest requestToCheck(const CommandLine& commandLine,
+CompletedRequest requestToCheck(const Request& asked,
                                 const std::optional<std::filesystem::path>& folder = {});
 
 /// What `check` examines if its folder has realisations: .pos files beside them, and each of them; else

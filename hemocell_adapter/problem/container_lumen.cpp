@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/problem/box_lumen.h"
 #include "hemocell_adapter/problem/solid.h"
@@ -39,8 +40,9 @@ std::shared_ptr<const Container> ownBody(const Request& request, Lumen& lumen) {
   if (axis >= 0) periodic[axis] = wrap;
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   if (wrap && !lumen.periodic) {
-    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
-                                 solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
+    throw InputError(
+        fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
+                    solid.kind == SolidRequest::Kind::mesh ? " (openAxis, " + named("open-axis") + ")" : ""));
   }
   std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.repairs, request.capOpenings);
   if (solid.kind == SolidRequest::Kind::mesh) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/random.h"
 #include "packMesh/packing/pack.h"
@@ -279,22 +280,24 @@ ForecastText forecastText(const Problem& problem, int ranks) {
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
-        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
-                    "--max-time and --best-effort limit the effort{}",
+        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
+                        named("max-time") + " and " + named("best-effort") + " limit the effort{}",
                     Forecast::easy, Forecast::possible, columnsInstead(problem)));
   else
     lines.push_back(fmt::format(
-        "Probably infeasible: {}, the densest achieved so far; --max-time and --best-effort give the "
-        "densest packing found{}",
+        "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
+            named("best-effort") +
+            " give the "
+            "densest packing found{}",
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),
         columnsInstead(problem)));
   if (problem.request.method == Method::cat)
-    lines.push_back(
-        "Time: unknown for --method cat, which takes 4 to 50 times as long as the default method");
+    lines.push_back("Time: unknown for " + named("method", "cat") +
+                    ", which takes 4 to 50 times as long as the default method");
   else if (never || !f.seconds)
-    lines.push_back("Time: unknown; --max-time limits it");
+    lines.push_back("Time: unknown; " + named("max-time") + " limits it");
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",

@@ -11,6 +11,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 #include "hemocell_adapter/problem/blood.h"
 #include "hemocell_adapter/problem/code_facts.h"
@@ -153,7 +154,8 @@ void examineWall(Problem& problem) {
     problem.notices.emplace_back(
         "the clearance to the wall has no effect: the lumen is periodic and has no wall");
   if (request.cellFreeLayer > 0.0 && !(wall && problem.lumen.solidWalls))
-    throw InputError("a cell-free layer requires walls, and this lumen has none (see --walls)");
+    throw InputError("a cell-free layer requires walls, and this lumen has none (see " + named("walls") +
+                     ")");
 }
 
 void chooseTubeHematocrit(Problem& problem) {
@@ -163,7 +165,8 @@ void chooseTubeHematocrit(Problem& problem) {
   if (!diameter)
     throw InputError(
         "a discharge hematocrit is that of a lumen with walls that blood flows along, and this one has none "
-        "(see --walls); state the hematocrit");
+        "(see " +
+        named("walls") + "); state the hematocrit");
   if (auto warning = fahraeusWarning(*diameter))
     problem.notices.push_back("discharge hematocrit: " + *warning);
   problem.request.hematocrit = tubeHematocrit(discharge, *diameter);
@@ -217,12 +220,11 @@ void preparePacking(Problem& problem) {
                      ": regions require a hematocrit of the rest of the lumen, for example 0.001");
   examineWall(problem);
   if (request.profile && !request.regions.empty())
-    throw InputError(request.regions.front().body.where +
-                     ": regions and a profile (--profile, <profile>) exclude each other");
+    throw InputError(request.regions.front().body.where + ": regions and a profile (" + named("profile") +
+                     ", <profile>) exclude each other");
   if (request.profile && request.inColumns)
-    throw InputError(
-        "--order columns (<order>) and a profile (--profile, <profile>) exclude each other: both determine "
-        "where the cells are");
+    throw InputError(named("order", "columns") + " (<order>) and a profile (" + named("profile") +
+                     ", <profile>) exclude each other: both determine where the cells are");
   problem.lumen.regions = makeRegions(request, problem.lumen, problem.repairs);
   if (request.dischargeHematocrit) chooseTubeHematocrit(problem);
   divideIntoParts(problem);
@@ -316,14 +318,14 @@ void requireTileable(const Problem& problem) {
   for (int k = 0; k < 3; ++k) {
     tiles *= times[k];
     if (times[k] > 1 && !(problem.lumen.container->period()[k] > 0.0))
-      throw InputError(
-          fmt::format("--tile: the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
+      throw InputError(fmt::format(
+          named("tile") + ": the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
     if (times[k] * problem.lumen.container->bounds().size()[k] > specs::largestLength)
-      throw InputError(fmt::format("--tile: the box would be more than {:.0f} µm long along {}",
+      throw InputError(fmt::format(named("tile") + ": the box would be more than {:.0f} µm long along {}",
                                    specs::largestLength, "xyz"[k]));
   }
   if (cells * tiles > specs::largestCount)
-    throw InputError(fmt::format("--tile: {:.3g} cells are too many; at most {:.0f} can be packed",
+    throw InputError(fmt::format(named("tile") + ": {:.3g} cells are too many; at most {:.0f} can be packed",
                                  cells * tiles, specs::largestCount));
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/inflation.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "packMesh/container/primitives.h"
@@ -138,7 +139,7 @@ TriangleMesh templateAt(const CellSpecies& species, double dx) {
   using Template = SpeciesPlan::Template;
   if (species.kind == Template::model) return buildTemplate(species.model, dx);
   if (species.kind == Template::mesh && species.meshFrame == MeshFrame::hemocell) {
-    TriangleMesh mesh = readMesh(species.meshFile);
+    TriangleMesh mesh = meshFrom(species.meshFile);
     for (Vec3& v : mesh.vertices) v *= species.meshScale;
     return meshFromStl(std::move(mesh), dx);
   }
@@ -153,10 +154,11 @@ void addOtherSpacings(const Request& request, const Case* simulation,
     if (other == request.dx) continue;
     if (preInlet || (simulation && simulation->running) || lumen.periodic || (!simulation && !lumen.keptBox))
       throw InputError(fmt::format(
-          "--also-dx {:.15g}: other spacings are for cases and boxes with closed ends: HemoCell deletes "
-          "cells across periodic ends, and the frame of a pre-inlet follows from its nodes",
+          named("also-dx") +
+              " {:.15g}: other spacings are for cases and boxes with closed ends: HemoCell deletes "
+              "cells across periodic ends, and the frame of a pre-inlet follows from its nodes",
           other));
-    const Lumen there = located(fmt::format("--also-dx {:.15g}", other), [&] {
+    const Lumen there = located(fmt::format("{} {:.15g}", named("also-dx"), other), [&] {
       const Refined at = refined(request, simulation, other);
       return makeLumen(at.request, at.simulation ? &*at.simulation : nullptr, {});
     });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/self_intersection_finder.h"
 
@@ -95,11 +96,12 @@ void refuseSelfIntersecting(const Problem& problem, const std::vector<PresentCel
   for (const PresentCell& cell : cells) all.push_back(&cell);
   const std::vector<std::size_t> found = selfIntersecting(problem, species, all);
   if (!found.empty())
-    throw InputError(fmt::format(
-        "{}: {} of its {} cells '{}' intersect{} {}, the first is cell {} {}; fixed "
-        "cells stay as they are (--start gives such cells the undeformed shape)",
-        file, found.size(), all.size(), problem.species[species].name, found.size() == 1 ? "s" : "",
-        found.size() == 1 ? "itself" : "themselves", found.front() + 1, nearText(cells[found.front()])));
+    throw InputError(
+        fmt::format("{}: {} of its {} cells '{}' intersect{} {}, the first is cell {} {}; fixed "
+                    "cells stay as they are ({} gives such cells the undeformed shape)",
+                    file, found.size(), all.size(), problem.species[species].name,
+                    found.size() == 1 ? "s" : "", found.size() == 1 ? "itself" : "themselves",
+                    found.front() + 1, nearText(cells[found.front()]), named("start")));
 }
 
 }  // namespace packmesh::hemocell

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/profile_source.h"
@@ -99,7 +100,8 @@ class Planning {
  private:
   void makeDepth() {
     const auto refuse = [] {
-      throw InputError("a profile is over the distance from the wall, and this lumen has none (see --walls)");
+      throw InputError("a profile is over the distance from the wall, and this lumen has none (see " +
+                       named("walls") + ")");
     };
     if (!container_.wall() || !problem_.lumen.solidWalls) refuse();
     const auto wall = std::make_shared<const SideWall>(problem_.lumen.container, endAxes(problem_));
@@ -139,8 +141,8 @@ class Planning {
   }
 
   ProfileSource sourceOf() {
-    const std::filesystem::path& file = *problem_.request.profile;
-    if (file != developedProfile) return readProfile(file);
+    const Source& source = *problem_.request.profile;
+    if (source.given || source.file != developedProfile) return readProfile(source);
     std::vector<std::string> red, platelets;
     double volume = 0.0;
     for (const CellSpecies& species : problem_.species) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "packMesh/core/tolerances.h"
 
@@ -16,7 +17,7 @@ std::string columnsInstead(const Problem& problem) {
   const bool possible = !problem.request.inColumns && problem.request.regions.empty() &&
                         problem.request.method == Method::relaxation && problem.request.rotate && !bound &&
                         problem.lumen.container->period().minCoeff() > 0.0;
-  return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
+  return possible ? "; " + named("order", "columns") + " packs red cells up to 0.65, not at random" : "";
 }
 
 Physics physicsOf(const Problem& problem) {

@@ -28,19 +28,15 @@ std::vector<std::string> wordsOf(std::string line) {
 /// Reads a table line by line. @throws InputError
 class Reading {
  public:
-  explicit Reading(const std::filesystem::path& file) : file_(file) { profile_.source = file.string(); }
+  explicit Reading(const Source& file) : file_(file) {
+    profile_.source = file.given ? "a table" : file.string();
+  }
 
   ProfileSource operator()() {
-    std::istringstream lines(contentOf(file_, "a profile"));
-    for (std::string line; std::getline(lines, line);) {
-      ++line_;
-      const std::vector<std::string> words = wordsOf(line);
-      if (words.empty()) continue;
-      if (profile_.columns.empty())
-        head(words);
-      else
-        row(words);
-    }
+    if (file_.given)
+      readNumbers();
+    else
+      readLines();
     if (profile_.distance.empty())
       throw InputError(
           fmt::format("{}: expected a line such as 'distance RBC PLT' and rows of numbers", file_.string()));
@@ -52,7 +48,35 @@ class Reading {
   }
 
  private:
+  void readLines() {
+    std::istringstream lines(contentOf(file_.file, "a profile"));
+    for (std::string line; std::getline(lines, line);) {
+      ++line_;
+      const std::vector<std::string> words = wordsOf(line);
+      if (words.empty()) continue;
+      if (profile_.columns.empty())
+        head(words);
+      else
+        row(words);
+    }
+  }
+
+  void readNumbers() {
+    const std::vector<StateTable>& columns = file_.given->tables;
+    std::vector<std::string> words;
+    for (const StateTable& column : columns) words.push_back(column.name);
+    if (words.empty()) return;
+    head(words);
+    for (std::size_t i = 0; i < columns[0].values.size(); ++i) {
+      line_ = int(i) + 1;
+      for (std::size_t c = 0; c < columns.size(); ++c) words[c] = fmt::format("{}", columns[c].values.at(i));
+      row(words);
+    }
+  }
+
   [[noreturn]] void refuse(const std::string& reason) const {
+    if (file_.given)
+      throw InputError(file_.string() + (line_ > 0 ? fmt::format(": row {}", line_) : "") + ": " + reason);
     throw InputError(fmt::format("{}:{}: {}", file_.string(), line_, reason));
   }
 
@@ -90,7 +114,7 @@ class Reading {
     }
   }
 
-  const std::filesystem::path& file_;
+  const Source& file_;
   int line_ = 0;
   ProfileSource profile_;
 };
@@ -111,8 +135,8 @@ const ProfileSource::Column* ProfileSource::columnOf(const std::string& species)
   return nullptr;
 }
 
-ProfileSource readProfile(const std::filesystem::path& file) {
-  return Reading(file)();
+ProfileSource readProfile(const Source& source) {
+  return Reading(source)();
 }
 
 ProfileSource developedFlow(double tubeHematocrit, double diameter, const std::vector<std::string>& redCells,

@@ -2,10 +2,11 @@
 /// @file Profiles as they are asked for: relative concentrations over the distance from the wall.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "hemocell_adapter/settings/source.h"
 
 namespace packmesh::hemocell {
 
@@ -26,9 +27,9 @@ struct ProfileSource {
 };
 
 /// Reads a table: a line with `distance` (or `fraction`) and the names of cells, then lines of numbers, with
-/// blanks, tabs or commas between them; # begins a comment.
+/// blanks, tabs or commas between them; # begins a comment. Or numbers in memory, a table for each column.
 /// @throws InputError
-ProfileSource readProfile(const std::filesystem::path& file);
+ProfileSource readProfile(const Source& source);
 
 /// Profile of developed flow.
 ///

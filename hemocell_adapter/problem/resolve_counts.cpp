@@ -7,6 +7,7 @@
 #include <set>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "packMesh/core/error.h"
@@ -60,7 +61,8 @@ void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
   if (part > densestKnown && byFormula && (fillsSpace || species.count >= many))
     throw InfeasibleError(fmt::format(
         "the requested cells '{}' fill {:.4f} of the lumen; no packing of such cells beyond {:.4f} is "
-        "known. Reduce the number; --best-effort packs as many as possible",
+        "known. Reduce the number; " +
+            named("best-effort") + " packs as many as possible",
         species.name, part, densestKnown));
 }
 
@@ -115,7 +117,8 @@ void examineNumbers(Problem& problem) {
   if (volume > Forecast::possible * lumen && !problem.request.inColumns) {
     problem.notices.push_back(
         fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
-                    "cells is known; --max-time and --best-effort limit the run time{}",
+                    "cells is known; " +
+                        named("max-time") + " and " + named("best-effort") + " limit the run time{}",
                     volume / lumen, Forecast::possible, columnsInstead(problem)));
   }
 }

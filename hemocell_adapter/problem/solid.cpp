@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/container/primitives.h"
@@ -16,10 +17,10 @@
 
 namespace packmesh::hemocell {
 
-VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
+VesselMesh readVessel(const Source& file, bool capOpenings, double flatness,
                       std::vector<std::string>& repairs) {
   VesselMesh mesh;
-  mesh.asRead = mesh.closed = readMesh(file);
+  mesh.asRead = mesh.closed = meshFrom(file);
   for (std::string& repair :
        repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
     repairs.push_back(std::move(repair));
@@ -35,8 +36,9 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
     if (opening.deviation > 0.0)
       areas.back() += fmt::format(", its edges within {:.2g} µm of a plane", opening.deviation * unit);
   }
-  return fmt::format("{}: capped {} flat opening{} ({}); --flat-openings refuse makes them errors",
-                     file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, "; "));
+  return fmt::format(
+      "{}: capped {} flat opening{} ({}); " + named("flat-openings", "refuse") + " makes them errors",
+      file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, "; "));
 }
 
 namespace {
@@ -58,7 +60,7 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
       break;
   }
   VesselMesh vessel = readVessel(solid.file, capOpenings, tolerance::flatHoleFraction, repairs);
-  if (std::string text = cappedText(solid.file, vessel.openings, solid.scale); !text.empty())
+  if (std::string text = cappedText(solid.file.file, vessel.openings, solid.scale); !text.empty())
     repairs.push_back(std::move(text));
   TriangleMesh mesh = std::move(vessel.closed);
   for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
@@ -86,6 +88,7 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
 
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
                                            std::vector<std::string>& repairs, bool capOpenings) {
+  if (solid.file.given) return bodyOf(solid, periodic, repairs, capOpenings);  // which messages name
   return located(solid.where, [&] { return bodyOf(solid, periodic, repairs, capOpenings); });
 }
 

@@ -26,7 +26,7 @@ struct VesselMesh {
 /// What was repaired is added to `repairs`.
 /// @param capOpenings close openings that are flat up to `flatness` (see repairClosed)
 /// @throws InputError
-VesselMesh readVessel(const std::filesystem::path& file, bool capOpenings, double flatness,
+VesselMesh readVessel(const Source& file, bool capOpenings, double flatness,
                       std::vector<std::string>& repairs);
 
 /// What is said of openings that were closed: their number and areas; empty if there are none.

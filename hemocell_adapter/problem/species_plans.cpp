@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/problem/choose_species.h"
 #include "packMesh/core/input_file.h"
@@ -30,9 +31,9 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
 
 /// The cells of a kind in a state.
 /// @param triangles of the kind, if cells have meshes of their own
-std::vector<PresentCell> cellsOfState(const fs::path& file, const std::string& name,
+std::vector<PresentCell> cellsOfState(const Source& file, const std::string& name,
                                       std::vector<Triangle>& triangles) {
-  StateCells state = readStateCells(file, Communicator());
+  StateCells state = cellsFrom(file, Communicator());
   std::vector<PresentCell> cells;
   for (Cell& cell : state.cells) {
     const StateCells::Kind& kind = state.species[cell.species];
@@ -48,20 +49,37 @@ std::vector<PresentCell> cellsOfState(const fs::path& file, const std::string& n
   return cells;
 }
 
+/// The cells of a kind whose lines of a .pos file are given as numbers.
+std::vector<PresentCell> cellsOfRows(const Given& given, const std::string& name) {
+  const StateTable& rows = *given.find(name);
+  std::vector<PresentCell> cells;
+  for (std::size_t i = 0; i < rows.values.size(); i += 6) {
+    const double* const v = &rows.values[i];
+    PosLine line{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+    if (!line.position.allFinite() || !line.angles.allFinite())
+      throw InputError(
+          fmt::format("{}: the cells '{}': row {}: expected finite numbers", given.what, name, i / 6));
+    cells.emplace_back(line);
+  }
+  return cells;
+}
+
 /// Reads existing cells.
 void readPresent(const SpeciesRequest& request, SpeciesPlan& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
-  if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
+  if (request.fixed && request.start && fs::equivalent(request.fixed->file, request.start->file, ignored))
     throw InputError(
         fmt::format("cell '{}': the cells of {} cannot be both fixed (fixed) and movable (start)",
                     request.name, request.fixed->string()));
-  const auto read = [&](const std::optional<fs::path>& file, std::vector<PresentCell>& cells,
+  const auto read = [&](const std::optional<Source>& file, std::vector<PresentCell>& cells,
                         std::string& from) {
     if (!file) return;
     if (isState(*file))
       cells = cellsOfState(*file, request.name, species.ownTriangles);
+    else if (file->given)
+      cells = cellsOfRows(*file->given, request.name);
     else
-      for (const PosLine& line : readPos(*file, &warnings)) cells.emplace_back(line);
+      for (const PosLine& line : readPos(file->file, &warnings)) cells.emplace_back(line);
     from = file->string();
   };
   read(request.fixed, species.fixed, species.fixedFrom);
@@ -124,7 +142,7 @@ void useMesh(const SpeciesRequest& request, SpeciesPlan& species) {
   species.meshScale = request.meshScale.value_or(1.0);
   species.meshFrame = request.meshFrame.value_or(MeshFrame::hemocell);
   species.origin = fmt::format(
-      "{}, {}", request.meshFile->filename().string(),
+      "{}, {}", request.meshFile->given ? "a mesh in memory" : request.meshFile->file.filename().string(),
       species.meshFrame == MeshFrame::hemocell ? toString(Construction::meshFromStl) : "axes of the file");
 }
 
@@ -167,8 +185,9 @@ void useDefault(SpeciesPlan& species) {
   } else if (const auto axes = defaultEllipsoid(species.name)) {
     useEllipsoid(Vec3((*axes)[0], (*axes)[1], (*axes)[2]), "packCells' ellipsoid", species);
   } else {
-    throw UsageError(
-        fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", species.name));
+    throw UsageError(fmt::format(
+        "cell '{}' is unknown: give it axes (" + named("cell") + ") or a mesh (" + named("cell-mesh") + ")",
+        species.name));
   }
 }
 
@@ -177,8 +196,8 @@ void resolveTemplate(const Case* simulation, const SpeciesRequest& request, Spec
   if (simulation && simulation->running) return useRunning(*simulation->running, request, species);
   if (request.meshFile) return useMesh(request, species);
   if (request.meshScale || request.meshFrame)
-    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
-                                 request.meshScale ? "scale" : "frame"));
+    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (" + named("cell-mesh") + ")",
+                                 request.name, request.meshScale ? "scale" : "frame"));
   if (request.ellipsoidAxes) return useEllipsoid(*request.ellipsoidAxes, "ellipsoid", species);
   if (simulation) return useCase(*simulation, request, species);
   useDefault(species);
@@ -211,11 +230,12 @@ void warnOfLargeRatios(const std::vector<SpeciesPlan>& all, std::vector<std::str
 /// Constraints of a species that the request contradicts.
 void refuseContradictions(const SpeciesPlan& species, const Request& request) {
   if (species.cone && !request.rotate)
-    throw InputError(
-        fmt::format("cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
-                    species.name));
+    throw InputError(fmt::format("cell '{}' has an axis, but " + named("noRotate") +
+                                     " (<rotate> false) keeps every orientation at 0 0 0",
+                                 species.name));
   if (species.stock > 0 && !request.cat.usesReserve())
-    throw InputError(fmt::format("cell '{}' has a reserve (stock), which only --escape uses", species.name));
+    throw InputError(fmt::format("cell '{}' has a reserve (stock), which only " + named("escape") + " uses",
+                                 species.name));
 }
 
 /// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are
@@ -276,7 +296,8 @@ CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
       found.unchecked.push_back(name + ".pos");
       warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
                                      simulation ? "there is no " + name + ".xml"
-                                                : "its shape is unknown (--cell or --cell-mesh defines it)"));
+                                                : "its shape is unknown (" + named("cell") + " or " +
+                                                      named("cell-mesh") + " defines it)"));
     }
   }
   if (found.plans.empty())

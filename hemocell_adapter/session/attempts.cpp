@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
@@ -72,8 +73,8 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
         gap < leastWallRoom(problem.request))
       log::warning(fmt::format(
           "the cells stay where they were, the nearest {:.4f} µm from the wall: HemoCell silently deletes a "
-          "cell as soon as it moves onto a wall node. --wall-clearance {:.6g}, or less, moves them away",
-          gap, problem.request.dx));
+          "cell as soon as it moves onto a wall node. {}, or less, moves them away",
+          gap, named("wall-clearance", fmt::format("{:.6g}", problem.request.dx))));
     return;
   }
   const bool room =

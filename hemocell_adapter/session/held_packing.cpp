@@ -12,12 +12,13 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/output/state_words.h"
+#include "hemocell_adapter/output/state_request.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -34,15 +35,14 @@ namespace fs = std::filesystem;
 
 /// The request, with no output but the state and the states of the engine that the command asks for. What a
 /// `<packing>` section of config.xml asks for is left to the program.
-CompletedRequest requestInMemory(const CommandLine& commandLine) {
-  CompletedRequest completed = requestToPack(commandLine);
-  const Request options = commandLine.options();
+CompletedRequest requestInMemory(const Request& asked) {
+  CompletedRequest completed = requestToPack(asked);
   OutputRequest output;
   output.folder = completed.request.output.folder;
   output.checkpointEvery = completed.request.output.checkpointEvery;
-  if (options.output.stateFile || options.restart || options.states("checkpoint-every"))
+  if (asked.output.stateFile || asked.restart || asked.states("checkpointEvery"))
     output.stateFile = completed.request.output.stateFile;
-  if (options.states(framesSetting().name())) output.frames = completed.request.output.frames;
+  if (asked.states(framesSetting().key())) output.frames = completed.request.output.frames;
   completed.request.output = output;
   return completed;
 }
@@ -57,40 +57,40 @@ void nameMembranes(HeldPacking& held) {
       held.membranes[i] = problem.shapeOf(cells[i].species).mesh().vertices;
 }
 
-std::shared_ptr<const Problem> problemFor(const CommandLine& commandLine, Session& session,
-                                          const Communicator& ranks) {
+std::shared_ptr<const Problem> problemFor(const Request& asked, Session& session, const Communicator& ranks) {
   CompletedRequest completed;
-  together(ranks, [&] { completed = requestInMemory(commandLine); });
+  together(ranks, [&] { completed = requestInMemory(asked); });
   return session.problemOf(completed);
 }
 
 /// The problem of the command with which the cells were packed.
 std::shared_ptr<const Problem> problemOf(const HeldPacking& held) {
-  const std::vector<std::string>& words = held.words;
-  if (words.size() < 2) throw InputError(held.file.string() + ": does not contain the command of the run");
-  return problemInMemory(parseCommandLine(words.front(), {words.begin() + 1, words.end()}), held.ranks);
+  if (!held.asked) static_cast<void>(requestIn({}, held.file));  // refuses
+  return problemInMemory(*held.asked, held.ranks);
 }
 
 }  // namespace
 
-std::shared_ptr<const Problem> problemInMemory(const CommandLine& commandLine, const Communicator& ranks,
+std::shared_ptr<const Problem> problemInMemory(const Request& asked, const Communicator& ranks,
                                                const std::function<bool()>& interrupted) {
   const InputRecord inputs;
   Session session(returnedToPython, {interrupted, {}}, ranks);
-  return problemFor(commandLine, session, ranks);
+  return problemFor(asked, session, ranks);
 }
 
-HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const Hooks& hooks) {
+HeldPacking packInMemory(const Request& asked, const Communicator& ranks, const Hooks& hooks) {
   const InputRecord inputs;
   Session session(returnedToPython, hooks, ranks);
-  const std::shared_ptr<const Problem> problem = problemFor(commandLine, session, ranks);
+  const std::shared_ptr<const Problem> problem = problemFor(asked, session, ranks);
   onFirstRank(ranks, [&] {
     if (problem->request.output.stateFile) requireReplaceableState(problem->request);
   });
   for (const std::string& line : headLines(*problem)) log::info(line);
   HeldPacking held;
   held.ranks = ranks;
-  held.words = problem->request.words;
+  held.asked = problem->request.asked;
+  held.box = problem->lumen.container->bounds();
+  held.period = problem->lumen.container->period();
   held.packing = session.pack(problem);
   if (const auto state = resultStateOf(held.packing)) {
     const Request& request = problem->request;
@@ -110,7 +110,7 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
 
 HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const fs::path& original) {
   const StateCells state = readStateCells(file, ranks);
-  requireCommand(state.command, file);
+  if (!state.record.origin.empty()) static_cast<void>(requestIn(state.record, file));  // refuses
   if (!state.certified)
     throw InputError(fmt::format(
         "{}: is the state of a packing that is not finished; packing can continue from it (restart)",
@@ -118,7 +118,10 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
   HeldPacking held;
   held.ranks = ranks;
   held.file = original.empty() ? file : original;
-  held.words = wordsNow(state.command, held.file);
+  if (!state.record.request.empty())
+    held.asked = std::make_shared<const Request>(requestIn(state.record, held.file));
+  held.box = state.box;
+  held.period = state.period;
   held.kinds = state.species;
   held.kindOf.resize(held.kinds.size());
   std::iota(held.kindOf.begin(), held.kindOf.end(), 0);
@@ -134,8 +137,8 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
 HeldPacking completed(HeldPacking held) {
   const std::shared_ptr<const Problem> problem = problemOf(held);
   if (problem->request.isTiled())
-    throw InputError(fmt::format("{}: the box of a packing that was repeated in it (--tile) is not rebuilt",
-                                 held.file.string()));
+    throw InputError(fmt::format("{}: the box of a packing that was repeated in it ({}) is not rebuilt",
+                                 held.file.string(), named("tile")));
   std::vector<int> speciesOf;
   for (const StateCells::Kind& kind : held.kinds) {
     const auto& all = problem->species;
@@ -144,8 +147,8 @@ HeldPacking completed(HeldPacking held) {
              s.shape->mesh().triangles == kind.mesh.triangles;
     });
     if (species == all.end())
-      throw InputError(fmt::format("{}: its template of '{}' is not that of the command {}",
-                                   held.file.string(), kind.name, fmt::join(held.words, " ")));
+      throw InputError(fmt::format("{}: its template of '{}' is not that of what was asked for",
+                                   held.file.string(), kind.name));
     speciesOf.push_back(int(species - all.begin()));
   }
   Packing& packing = held.packing;
@@ -160,8 +163,8 @@ HeldPacking completed(HeldPacking held) {
     const Vec3& v = vertices.front();
     const auto number = numbers.find({v[0], v[1], v[2]});
     if (number == numbers.end() || problem->shapeOf(number->second).mesh().vertices != vertices)
-      throw InputError(fmt::format("{}: has cells with meshes that the files of the command {} do not have",
-                                   held.file.string(), fmt::join(held.words, " ")));
+      throw InputError(fmt::format("{}: has cells with meshes that the files it was packed from do not have",
+                                   held.file.string()));
     result.cells[cell].species = number->second;
   }
   held.kindOf.assign(problem->species.size(), -1);
@@ -205,7 +208,7 @@ void writePosFiles(const fs::path& folder,
   files.commit();
 }
 
-void savePacking(const HeldPacking& held, const std::vector<std::string>& words, const fs::path& file) {
+void savePacking(const HeldPacking& held, const fs::path& file) {
   const Packing& packing = held.packing;
   const Communicator& ranks = held.ranks;
   const PackingResult& result = packing.result;
@@ -227,7 +230,40 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   const IdShares shares(result.cellCount, ranks);
   state.cells = shares.collect(std::move(bodies));
   state.measures = shares.collect(ids, own);
-  writeState(file, packingProblemOf(*packing.problem, packing.packed), storedWords(words, file), state);
+  writeState(file, packingProblemOf(*packing.problem, packing.packed), recordOf(*held.asked, file), state);
+}
+
+StateCells stateCellsOf(const HeldPacking& held) {
+  const PackingResult& result = held.packing.result;
+  struct Row {
+    std::int32_t kind;
+    std::int32_t vertices;  ///< their number
+    Pose pose;
+  };
+  std::vector<Row> rows;
+  std::vector<Vec3> vertices;
+  for (std::size_t i = 0; i < result.cells.size(); ++i) {
+    const auto own = held.membranes.find(i);
+    const bool deformed = own != held.membranes.end();
+    rows.push_back({std::int32_t(held.kindOf[result.cells[i].species]),
+                    deformed ? std::int32_t(own->second.size()) : 0, result.poses[i]});
+    if (deformed) vertices.insert(vertices.end(), own->second.begin(), own->second.end());
+  }
+  rows = held.ranks.gatherAll(rows);
+  vertices = held.ranks.gatherAll(vertices);
+  StateCells state;
+  state.species = held.kinds;
+  state.box = held.box;
+  state.period = held.period;
+  auto next = vertices.cbegin();
+  for (const Row& row : rows) {
+    Cell cell{std::int64_t(state.cells.size()), row.kind, row.pose};
+    cell.vertices.assign(next, next + row.vertices);
+    next += row.vertices;
+    state.deformed = state.deformed || row.vertices > 0;
+    state.cells.push_back(std::move(cell));
+  }
+  return state;
 }
 
 void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const fs::path& file) {
@@ -246,7 +282,7 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
     saved.cells.push_back(makeBody(cell.id, cell.species, cell.pose));
     saved.vertices.push_back(std::move(cell.vertices));
   }
-  writeState(file, problem, state.command, saved);
+  writeState(file, problem, state.record, saved);
 }
 
 std::vector<CellColumn> columnsOf(const HeldPacking& held) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "hemocell_adapter/session/session.h"
-#include "hemocell_adapter/settings/command_line.h"
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/parallel/communicator.h"
@@ -29,19 +29,21 @@ struct HeldPacking {
   /// index.
   std::map<std::size_t, std::vector<Vec3>> membranes;
   Communicator ranks;
-  std::vector<std::string> words;  ///< the command
-  std::filesystem::path file;      ///< from which it was loaded; empty if it was packed
+  Box box;                               ///< of the lumen [µm]
+  Vec3 period = Vec3::Zero();            ///< 0: not periodic [µm]
+  std::shared_ptr<const Request> asked;  ///< nullptr: its state does not say
+  std::filesystem::path file;            ///< from which it was loaded; empty if it was packed
 };
 
 /// Packs as the program does, and writes nothing but the state and the states of the engine that the command
 /// asks for.
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
-HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const Hooks& hooks);
+HeldPacking packInMemory(const Request& asked, const Communicator& ranks, const Hooks& hooks);
 
 /// The problem that packInMemory() would pack. All ranks call.
 /// @param interrupted polled meanwhile
 /// @throws AgreedFailure, InputError
-std::shared_ptr<const Problem> problemInMemory(const CommandLine& commandLine, const Communicator& ranks,
+std::shared_ptr<const Problem> problemInMemory(const Request& asked, const Communicator& ranks,
                                                const std::function<bool()>& interrupted = {});
 
 /// The cells of a state file of a finished packing. All ranks call. @throws InputError
@@ -75,9 +77,10 @@ void writePosFiles(const std::filesystem::path& folder,
 void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const std::filesystem::path& file);
 
 /// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
-/// @param words the command that it contains
-void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
-                 const std::filesystem::path& file);
+void savePacking(const HeldPacking& held, const std::filesystem::path& file);
+
+/// The cells of all ranks with their meshes. All ranks call.
+StateCells stateCellsOf(const HeldPacking& held);
 
 /// What is measured of this rank's cells, in their order. All ranks call. Pre: with a problem
 std::vector<CellColumn> columnsOf(const HeldPacking& held);

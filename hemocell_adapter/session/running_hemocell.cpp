@@ -18,7 +18,6 @@
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/session.h"
-#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/mesh/self_intersection_finder.h"
@@ -62,16 +61,25 @@ Filling numbered(const Packing& packing) {
   return numbered(std::move(filling), types.size(), problem.ranks);
 }
 
-/// The case with a `<packing>` that asks for these cells of each type and nothing else.
-/// @param start state with the cells to start from, or nothing
-SharedCase withCounts(const SharedCase& simulation, const std::vector<std::int64_t>& counts,
-                      const std::filesystem::path& start = {}) {
+/// A request of these cells of each type and nothing else. @param start state with the cells to start from
+Request requestOf(const std::vector<BuiltCell>& types, const std::vector<std::int64_t>& counts,
+                  const std::filesystem::path& start = {}) {
+  Request request;
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    if (counts[t] == 0) continue;
+    speciesNamed(request, types[t].name).count = counts[t];
+    request.origins[keyOfSpecies(types[t].name, "count")] = {Origin::Kind::member, ""};
+  }
+  if (start.empty()) return request;
+  request.startStates.push_back(start);
+  request.origins["start"] = {Origin::Kind::member, ""};
+  return request;
+}
+
+/// The case, whatever its `<packing>` asks for.
+SharedCase withoutSection(const SharedCase& simulation) {
   auto copy = std::make_shared<Case>(*simulation);
   copy->packing = {};
-  const std::vector<BuiltCell>& types = simulation->running->cells;
-  for (std::size_t t = 0; t < counts.size(); ++t)
-    if (counts[t] > 0) speciesNamed(copy->packing, types[t].name).count = counts[t];
-  if (!start.empty()) copy->packing.startStates.push_back(start);
   return copy;
 }
 
@@ -79,7 +87,7 @@ SharedCase withCounts(const SharedCase& simulation, const std::vector<std::int64
 Filling filled(const CompletedRequest& completed, Session& session, const Communicator& ranks) {
   const std::shared_ptr<const Problem> problem = session.problemOf(completed);
   const OutputRequest& output = completed.request.output;
-  const bool withFiles = completed.request.states("output-dir");
+  const bool withFiles = completed.request.states("outputDirectory");
   onFirstRank(ranks, [&] { requireWritableOutputs(*problem, output, withFiles); });
   for (const std::string& line : headLines(*problem)) log::info(line);
   const Packing packing = session.pack(problem);
@@ -99,16 +107,13 @@ Filling filled(const CompletedRequest& completed, Session& session, const Commun
 
 }  // namespace
 
-Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::string>& words,
-             const Communicator& ranks) {
+Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks) {
   const InputRecord inputs;
   Session session(addedToHemocell, {}, ranks);
   CompletedRequest completed;
   together(ranks, [&] {
-    std::vector<std::string> all = {simulation->file.string()};
-    all.insert(all.end(), words.begin(), words.end());
-    completed = requestToPack(parseCommandLine("packMesh", all), std::move(simulation));
-    if (!completed.request.states("output-dir")) completed.request.output.exports.clear();
+    completed = requestToPack(asked, std::move(simulation));
+    if (!completed.request.states("outputDirectory")) completed.request.output.exports.clear();
   });
   return filled(completed, session, ranks);
 }
@@ -298,6 +303,11 @@ void tellSelfIntersecting(const StateCells& state, const std::vector<Placement>&
   }
 }
 
+std::string unfinishedText(const StateCells& state) {
+  const std::string& origin = state.record.origin;
+  return "the cells are not those of a finished packing" + (origin.empty() ? "" : " (" + origin + ")");
+}
+
 }  // namespace
 
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
@@ -316,7 +326,9 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   const InputRecord inputs;
   const auto requested = [&](const std::filesystem::path& start) {
     CompletedRequest completed;
-    together(ranks, [&] { completed = requestToPack({}, withCounts(simulation, counts, start)); });
+    together(ranks, [&] {
+      completed = requestToPack(requestOf(running.cells, counts, start), withoutSection(simulation));
+    });
     return completed;
   };
   const auto packedFrom = [&](const std::string& reason, const CompletedRequest& completed) {
@@ -328,10 +340,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
     return packedFrom(
         fmt::format("HemoCell builds another template of '{}', as at another lattice spacing", found.other),
         requested(file));
-  if (!deformed && !state.certified)
-    return packedFrom(
-        fmt::format("the cells are not those of a finished packing ({})", fmt::join(state.command, " ")),
-        requested(file));
+  if (!deformed && !state.certified) return packedFrom(unfinishedText(state), requested(file));
   Filling filling;
   for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(posLineOf(cell.pose)));
   CompletedRequest asTheyAre = withoutClearance(requested({}));
@@ -409,7 +418,7 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   const std::int64_t numbers = static_cast<std::int64_t>(ranks.max(highest)) + 1;
   std::optional<Problem> problem;
   together(ranks, [&] {
-    CompletedRequest completed = requestToPack({}, withCounts(simulation, counts));
+    CompletedRequest completed = requestToPack(requestOf(running.cells, counts), withoutSection(simulation));
     completed.request.bestEffort = true;  // the cells are there: however dense
     problem = problemToPack(completed, ranks);
   });
@@ -437,7 +446,7 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   const std::string origin =
       deformed ? fmt::format("iteration {}, cells as they were", iteration)
                : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, residual);
-  writeState(file, packing, {"savePositions", origin}, state);
+  writeState(file, packing, {"", {}, origin}, state);
   std::string names;
   for (std::size_t t = 0; t < counts.size(); ++t)
     names += fmt::format("{}{} {}", t ? ", " : "", counts[t], running.cells[t].name);

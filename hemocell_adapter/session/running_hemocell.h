@@ -26,12 +26,10 @@ struct Filling {
 };
 
 /// Packs cells into the fluid nodes of a running HemoCell, as the program packs a case: reports, states and
-/// other files that `words` or `<packing>` ask for are written. .pos files are not, except to a stated output
-/// folder.
-/// @param words options of the command line
+/// other files that the request or `<packing>` ask for are written. .pos files are not, except to a stated
+/// output folder.
 /// @throws AgreedFailure, InputError, OutputError. Nothing is interrupted by signals. All ranks call
-Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::string>& words,
-             const Communicator& ranks);
+Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks);
 
 /// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
 /// the fluid nodes, and so are cells that all have meshes of their own; unless they were certified in this

@@ -11,6 +11,7 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/forecast.h"
@@ -47,8 +48,9 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
     return outOfTimeText(problem.request, delivery);
   const Forecast forecast = forecastOf(problem);
   return reachedText(problem, result, tally) + fixedText(problem, result) +
-         (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
-                                : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
+         (result.cellCount == 0
+              ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
+              : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? columnsInstead(problem) : "") + ". " +
          roomText(problem, forecast);
 }
@@ -69,7 +71,8 @@ void requireEnough(const Problem& problem, const PackingResult& result, const Ta
   if (result.outcome != Outcome::outOfReach) return;
   if (!problem.request.bestEffort || result.cellCount == 0)
     throw AgreedFailure({ExitCode::outOfReach, failureText(problem, result, tally, delivery)});
-  log::warning(fmt::format("{}; {}", reachedText(problem, result, tally), delivery.fewer));
+  log::warning(
+      fmt::format("{}; {} ({})", reachedText(problem, result, tally), delivery.fewer, named("best-effort")));
 }
 
 /// @throws AgreedFailure if the certificate is not clean and complete, or if HemoCell would delete cells of a

@@ -23,27 +23,27 @@ namespace packmesh::hemocell {
 /// What becomes of a packing, in the words of messages.
 struct Delivery {
   const char* nothing;       ///< of one that failed
-  const char* bestEffort;    ///< what could be done with one of fewer cells
+  const char* bestEffort;    ///< what could be done with one of fewer cells: "(best effort) ..."
   const char* fewer;         ///< what is done with it
   const char* interrupted;   ///< of one that was interrupted
   const char* continueFrom;  ///< the same, if its state was saved: text before the name of the file
   bool countedLater;         ///< HemoCell itself is asked which cells it keeps
 };
 inline constexpr Delivery writtenToFiles = {"nothing was written",
-                                            "--best-effort writes that one",
-                                            "writing that one (--best-effort)",
+                                            "writes that one",
+                                            "writing that one",
                                             "nothing was written",
                                             "no .pos was written; to continue: packMesh --restart ",
                                             false};
 inline constexpr Delivery returnedToPython = {"no cells are returned",
-                                              "best_effort returns that one",
-                                              "returning that one (best_effort)",
+                                              "returns that one",
+                                              "returning that one",
                                               "nothing was written",
                                               "no cells are returned; to continue: restart from ",
                                               false};
 inline constexpr Delivery addedToHemocell = {"no cells were added",
-                                             "--best-effort adds those",
-                                             "adding those (--best-effort)",
+                                             "adds those",
+                                             "adding those",
                                              "no cells were added",
                                              "no cells were added; the state is in ",
                                              true};

@@ -2,6 +2,7 @@
 #include "hemocell_adapter/settings/attribute_tables.h"
 
 #include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
 
@@ -9,32 +10,41 @@ using namespace specs;
 
 const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
   using S = SpeciesRequest;
-  const auto named = [](std::string name, ValueSpec value, std::string help,
-                        std::function<void(S&, const Value&)> apply) {
-    return Attribute<S>{std::move(name), std::move(value), std::move(help), std::move(apply)};
+  const auto named = [](std::string name, auto S::*member, ValueSpec value, std::string help, auto fromText) {
+    Attribute<S> made{std::move(name), std::move(value), std::move(help), {}};
+    made.apply = [=](S& s, const Value& v) { s.*member = fromText(text(v)); };
+    made.get = [=](const S& s) {
+      return s.*member ? std::optional<Value>(toString(*(s.*member))) : std::nullopt;
+    };
+    made.clear = [=](S& s) { (s.*member).reset(); };
+    return made;
   };
   static const std::vector<Attribute<S>> table = {
       attribute("name", &S::name, name(), "name of the cell: <name>.xml is read, <name>.pos written")
           .required(),
-      attribute("count", &S::count, count(), "number of cells").byDefault("from hematocrit or ratio"),
+      attribute("count", &S::count, count(), "number of cells")
+          .byDefault("from hematocrit or ratio")
+          .replacing({"ratio"}),
       attribute("ratio", &S::ratio, ratio(),
                 "number of these cells per red cell of any species; for red cells: their share of all red "
-                "cells, below 1"),
-      named("construction", constructions(), "construction of the cell in the C++ code of the case",
-            [](S& s, const Value& v) { s.construction = constructionFromString(text(v)); })
+                "cells, below 1")
+          .replacing({"count"}),
+      named("construction", &S::construction, constructions(),
+            "construction of the cell in the C++ code of the case", constructionFromString)
           .byDefault("depends on the name"),
       attribute("minimumDistanceFromSolid", &S::minimumDistanceFromSolid, distanceFromSolid(),
                 "value that the C++ code of the case passes to setInitialMinimumDistanceFromSolid; HemoCell "
                 "truncates it to whole µm")
           .byDefault("that in the C++ code beside config.xml, or 0"),
-      attribute("file", &S::meshFile, file(), "a closed mesh instead of <name>.xml"),
+      attribute("file", &S::meshFile, file(), "a closed mesh instead of <name>.xml").replacing({"ellipsoid"}),
       attribute("scale", &S::meshScale, meshScale(), "length of a unit of that file in µm").byDefault("1"),
-      named("frame", meshFrames(),
+      named("frame", &S::meshFrame, meshFrames(),
             "axes of that file; hemocell: rotated as HemoCell's MESH_FROM_STL does; file: unchanged",
-            [](S& s, const Value& v) { s.meshFrame = meshFrameFromString(text(v)); })
+            meshFrameFromString)
           .byDefault("hemocell"),
       attribute("ellipsoid", &S::ellipsoidAxes, vector("e1 e2 d", 0, true),
-                "an ellipsoid instead of <name>.xml, full axis lengths"),
+                "an ellipsoid instead of <name>.xml, full axis lengths")
+          .replacing({"file", "scale", "frame"}),
       attribute("redCell", &S::redCell, flag(), "true if its volume counts in the hematocrit")
           .byDefault("true when the name contains RBC"),
       attribute("fixed", &S::fixed, file(), "a .pos file of fixed cells"),
@@ -51,6 +61,12 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("0"),
   };
   return table;
+}
+
+void refuseBoth(const std::function<bool(const char*)>& has, const std::string& where) {
+  if (has("count") && has("ratio")) throw InputError(where + ": has both a count and a ratio; give only one");
+  if (has("file") && has("ellipsoid"))
+    throw InputError(where + ": has both a mesh file and an ellipsoid; give only one");
 }
 
 const std::vector<SolidTag>& solidTags() {

@@ -22,13 +22,20 @@ struct Attribute {
   std::string help;
   std::function<void(T&, const Value&)> apply;
   std::function<std::optional<Value>(const T&)> get = {};
-  std::string fallback = {};  ///< the default as text; for bodies "" means required
+  std::string fallback = {};           ///< the default as text; for bodies "" means required
+  std::function<void(T&)> clear = {};  ///< back to the default
+  /// Attributes that a later statement of this one replaces, with the other way to state the same.
+  std::vector<std::string> replaces = {};
 
   Attribute& byDefault(std::string words) {
     fallback = std::move(words);
     return *this;
   }
   Attribute& required() { return byDefault(""); }
+  Attribute& replacing(std::vector<std::string> others) {
+    replaces = std::move(others);
+    return *this;
+  }
 };
 
 /// An attribute stored in a member; its default is that of the member.
@@ -38,11 +45,16 @@ Attribute<T> attribute(std::string name, M T::*member, ValueSpec value, std::str
                        [member](T& target, const Value& v) { target.*member = fromValue<M>(v); },
                        [member](const T& target) { return toValue(target.*member); }};
   if (const auto byDefault = made.get({})) made.fallback = toText(*byDefault);
+  made.clear = [member](T& target) { target.*member = T().*member; };
   return made;
 }
 
 /// Attributes of `<species>`.
 const std::vector<Attribute<SpeciesRequest>>& speciesAttributes();
+
+/// Refuses two ways to state the same of a species. @param has whether an attribute is stated @param where
+/// @throws InputError
+void refuseBoth(const std::function<bool(const char*)>& has, const std::string& where);
 
 /// Tag with the parameters of Method::cat as attributes; the option of this name sets one of them.
 inline constexpr const char* catTag = "growth";

@@ -18,13 +18,28 @@ SpeciesRequest& cellsInFile(Request& settings, const std::string& file) {
   }
 }
 
+/// States existing cells: a state, or those of one kind in a .pos file that is named after them, or of each
+/// kind in numbers.
+void setCells(Request& request, const Value& value, std::vector<Source> Request::*states,
+              std::optional<Source> SpeciesRequest::*cells) {
+  const Source source = sourceIn(value);
+  if (isState(source))
+    (request.*states).push_back(source);
+  else if (source.given)
+    for (const StateTable& table : source.given->tables)
+      located(source.string(),
+              [&] { speciesNamed(request, text(parseValue(name(), table.name))).*cells = source; });
+  else
+    cellsInFile(request, source.string()).*cells = source;
+}
+
 /// The option for the number of cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
   Setting made = setting(option, {count()}, help, [cellName](Request& s, const Values& v) {
     speciesNamed(s, cellName).count = whole(v[0]);
   });
   made.countOf = cellName;
-  return made.byDefault("0").alsoOfPackCells();
+  return made.ofCell({"count"}).byDefault("0").alsoOfPackCells();
 }
 
 void setEllipsoid(Request& s, const Values& v) {
@@ -42,13 +57,20 @@ void setMesh(Request& s, const Values& v) {
   SpeciesRequest& species = speciesNamed(s, text(v[0]));
   species.count = whole(v[1]);
   species.ellipsoidAxes.reset();
-  species.meshFile = text(v[2]);
+  species.meshFile = sourceIn(v[2]);
 }
 
 void setOrientation(Request& s, const Values& v) {
   SpeciesRequest& species = speciesNamed(s, text(v[0]));
   species.axis = Vec3(real(v[1]), real(v[2]), real(v[3]));
   species.spread = real(v[4]);
+}
+
+/// Files of states, as they are stated; files of other cells belong to species.
+std::vector<Values> listed(const std::vector<Source>& states) {
+  std::vector<Values> all;
+  for (const Source& state : states) all.push_back({*toValue(state)});
+  return all;
 }
 
 }  // namespace
@@ -64,8 +86,9 @@ std::vector<Setting> cellSettings() {
       setting("discharge-hematocrit", &R::dischargeHematocrit, hematocrit(),
               "hematocrit of the blood that flows out of the lumen, instead of --hematocrit: that in it is "
               "lower by the Fåhraeus effect (Pries 1990)"),
-      setting("plt_ratio", {ratio()}, "number of platelets per red cell of any species; with a hematocrit",
-              [](Request& s, const Values& v) { s.plateletRatio = real(v[0]); })
+      setting("plt_ratio", &R::plateletRatio, ratio(),
+              "number of platelets per red cell of any species; with a hematocrit")
+          .withoutTag()
           .byDefault(toText(packCellsPlateletRatio))
           .alsoOfPackCells(),
       countOption("rbc", "RBC", "red blood cells"),
@@ -78,11 +101,14 @@ std::vector<Setting> cellSettings() {
       countOption("plt_mko", "PLT_mko", "mouse knock-out platelets"),
       setting("cell", {name(), count(), length("e1"), length("e2"), length("d")},
               "n custom ellipsoids, given by their full axis lengths", setEllipsoid)
+          .ofCell({"count", "ellipsoid"})
           .alsoOfPackCells(),
       setting("cell-mesh", {name(), count(), file()},
-              "n custom cells, from any closed mesh (STL, OFF, PLY, OBJ)", setMesh),
+              "n custom cells, from any closed mesh (STL, OFF, PLY, OBJ)", setMesh)
+          .ofCell({"count", "file"}),
       setting("mesh-scale", {name(), meshScale()}, "length of a unit of the mesh file of that cell in µm",
               [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); })
+          .ofCell({"scale"})
           .byDefault("1"),
       setting(
           "mesh-frame", {name(), meshFrames()},
@@ -91,6 +117,7 @@ std::vector<Setting> cellSettings() {
           [](Request& s, const Values& v) {
             speciesNamed(s, text(v[0])).meshFrame = meshFrameFromString(text(v[1]));
           })
+          .ofCell({"frame"})
           .byDefault("hemocell"),
       setting("rbc-volume", &R::redCellVolume, number("v", "µm³", 0, true, 1e6),
               "volume of one red cell in the hematocrit (packCells: 97)")
@@ -98,19 +125,16 @@ std::vector<Setting> cellSettings() {
           .withTag("redCellVolume"),
       setting("fluid-volume", &R::fluidVolume, flag(),
               "divide by the volume of the fluid nodes instead of the true lumen")
-          .withoutTag(),
+          .withoutTag()
+          .statesKey("hematocritVolume"),
       choiceSetting("", &R::fluidVolume, "", {{"lumen", false}, {"fluid", true}},
                     "volume that the hematocrit refers to: the true lumen or the fluid nodes")
           .withTag("hematocritVolume"),
       setting(
           "fixed", {file()},
           "keep the cells of this .pos file (named after the cell) or state (.h5) fixed; counts include them",
-          [](Request& s, const Values& v) {
-            if (isState(text(v[0])))
-              s.fixedStates.emplace_back(text(v[0]));
-            else
-              cellsInFile(s, text(v[0])).fixed = text(v[0]);
-          })
+          [](Request& s, const Values& v) { setCells(s, v[0], &R::fixedStates, &SpeciesRequest::fixed); })
+          .writtenBy([](const R& r) { return listed(r.fixedStates); })
           .withTag("fixed")
           .mayRepeat(),
       setting("start", {file()},
@@ -118,12 +142,8 @@ std::vector<Setting> cellSettings() {
               "positions; "
               "if the file has more, a random subset is kept. With check: examine the cells of this state, "
               "not those of .pos files",
-              [](Request& s, const Values& v) {
-                if (isState(text(v[0])))
-                  s.startStates.emplace_back(text(v[0]));
-                else
-                  cellsInFile(s, text(v[0])).start = text(v[0]);
-              })
+              [](Request& s, const Values& v) { setCells(s, v[0], &R::startStates, &SpeciesRequest::start); })
+          .writtenBy([](const R& r) { return listed(r.startStates); })
           .withTag("start")
           .mayRepeat(),
       setting(
@@ -135,6 +155,7 @@ std::vector<Setting> cellSettings() {
           .notForCheck(),
       setting("orient", {name(), component("x"), component("y"), component("z"), spread()},
               "keep the symmetry axis of that cell within this angle of the direction x y z", setOrientation)
+          .ofCell({"axis", "spread"})
           .byDefault("any direction"),
       setting("minimum-distance-from-solid", {name(), distanceFromSolid()},
               "value that the case passes to setInitialMinimumDistanceFromSolid for that cell; HemoCell "
@@ -142,6 +163,7 @@ std::vector<Setting> cellSettings() {
               [](Request& s, const Values& v) {
                 speciesNamed(s, text(v[0])).minimumDistanceFromSolid = real(v[1]);
               })
+          .ofCell({"minimumDistanceFromSolid"})
           .byDefault("that in the C++ code beside config.xml, or 0"),
   };
 }

@@ -2,15 +2,72 @@
 #include "hemocell_adapter/settings/command_line.h"
 
 #include <fmt/format.h>
+#include <tinyxml2.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/xml_tags.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
+#include "hemocell_adapter/settings/packing_section.h"
+#include "hemocell_adapter/settings/request_json.h"
+#include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {
 namespace {
+
+/// A section that is a word.
+Request sectionIn(const std::string& word) {
+  constexpr const char* where = "argument";
+  tinyxml2::XMLDocument document;
+  parseXml(document, word, where);
+  const tinyxml2::XMLElement* const packing = document.RootElement();
+  if (!packing || packing->Name() != std::string("packing"))
+    throw InputError(fmt::format("{}: expected a section <packing>", where));
+  Request section = readPackingSection(*packing, where);
+  for (auto& [key, origin] : section.origins) origin.kind = Origin::Kind::argument;
+  return section;
+}
+
+/// One option with its values, in the order of the command line.
+struct Assignment {
+  const Setting* setting = nullptr;
+  std::vector<Value> values;
+};
+using Assignments = std::vector<Assignment>;
+
+/// `base`, overridden by the options.
+Request withOptions(Request base, const Assignments& options) {
+  for (const Assignment& one : options) one.setting->apply(base, one.values, {Origin::Kind::option, ""});
+  return base;
+}
+
+/// Sizes of a box. packCells reads them with atoi; under its name packMesh does the same, with a warning if
+/// that matters.
+Vec3 boxSizes(const std::vector<std::string>& texts, bool asPackCells, std::vector<std::string>& remarks) {
+  const ValueSpec spec = specs::length("");
+  Vec3 sizes;
+  for (int k = 0; k < 3; ++k) {
+    const std::string& text = texts[k];
+    located<UsageError>(fmt::format("size s{}", "XYZ"[k]), [&] {
+      sizes[k] = std::get<double>(parseValue(spec, text));
+      const double truncated = std::atoi(text.c_str());
+      if (!asPackCells || truncated == sizes[k]) return;
+      const std::string notice = fmt::format(
+          "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated);
+      if (!(truncated > 0)) throw InputError(notice);
+      remarks.push_back(notice);
+      sizes[k] = truncated;
+    });
+  }
+  return sizes;
+}
 
 /// Possible meaning of a word after dashes.
 struct Candidate {
@@ -66,9 +123,33 @@ std::string usage(const Setting& setting) {
 
 class Parser {
  public:
-  explicit Parser(const std::vector<std::string>& words) : words_(words) {}
+  Parser(const std::vector<std::string>& words, bool asPackCells) : words_(words) {
+    result_.asPackCells = result_.request.packCellsConventions = asPackCells;
+  }
 
   CommandLine parse() {
+    readWords();
+    if (isCommand_) return result_;
+    result_.request = withOptions(std::move(result_.request), assignments_);
+    understandPositionals();
+    for (std::size_t i = 0, r = 0; i < words_.size(); ++i) {
+      while (r < restart_.size() && restart_[r].second <= i) ++r;
+      if (r == restart_.size() || i < restart_[r].first) result_.request.words.push_back(words_[i]);
+    }
+    return result_;
+  }
+
+  /// Of words without a container.
+  Request options() {
+    readWords();
+    if (isCommand_ || !positionals_.empty())
+      throw UsageError(fmt::format("expected options, found {}", fmt::join(words_, " ")));
+    return withOptions({}, assignments_);
+  }
+  const Assignments& assignments() const { return assignments_; }
+
+ private:
+  void readWords() {
     bool optionsEnded = false;
     while (next_ < words_.size()) {
       const std::string& word = words_[next_++];
@@ -80,16 +161,8 @@ class Parser {
         positionals_.push_back(word);
       }
     }
-    if (isCommand_) return result_;
-    understandPositionals();
-    for (std::size_t i = 0, r = 0; i < words_.size(); ++i) {
-      while (r < restart_.size() && restart_[r].second <= i) ++r;
-      if (r == restart_.size() || i < restart_[r].first) result_.words.push_back(words_[i]);
-    }
-    return result_;
   }
 
- private:
   /// "-" and negative numbers are not options.
   static bool looksLikeOption(const std::string& word) {
     return word.size() > 1 && word[0] == '-' && !toNumber(word).has_value();
@@ -138,7 +211,7 @@ class Parser {
   }
 
   void assign(const Setting& setting, std::optional<std::string> attached, const std::string& typed) {
-    Assignment assignment{&setting, {}, next_ - 1};
+    Assignment assignment{&setting, {}};
     for (std::size_t i = 0; i < setting.values.size(); ++i) {
       std::string text;
       if (i == 0 && attached) {
@@ -159,7 +232,7 @@ class Parser {
       assignment.values.push_back(located<UsageError>(fmt::format("option '--{}'{}", setting.option, which),
                                                       [&] { return parseValue(setting.values[i], text); }));
     }
-    result_.assignments.push_back(std::move(assignment));
+    assignments_.push_back(std::move(assignment));
   }
 
   void understandPositionals() {
@@ -171,15 +244,14 @@ class Parser {
     const auto section = std::find_if(positionals_.begin(), positionals_.end(),
                                       [](const std::string& word) { return word.rfind("<packing", 0) == 0; });
     if (section != positionals_.end()) {
-      result_.section = *section;
+      result_.request = overridden(sectionIn(*section), result_.request);
       positionals_.erase(section);
     }
-    const bool checkBox = result_.options().checkBox;
-    const bool ownLumen = result_.options().container.has_value();
+    const bool checkBox = result_.request.checkBox;
+    const bool ownLumen = result_.request.container && result_.request.container->lumen;
     if (positionals_.empty()) {
       if (ownLumen) return;
-      result_.restartAlone = !restart_.empty() && !checkBox && result_.command == Command::pack;
-      if (result_.restartAlone) return;
+      if (!restart_.empty() && !checkBox && result_.command == Command::pack) return;
       if (checkBox) throw UsageError("check --box needs three sizes: check --box sX sY sZ");
       throw UsageError(result_.command == Command::check
                            ? "nothing to check: give a config.xml or --box sX sY sZ [µm]"
@@ -187,7 +259,8 @@ class Parser {
     }
     refuseMisspelledCheck();
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
-      result_.configFile = positionals_.front();
+      result_.request.config = positionals_.front();
+      result_.request.origins["config"] = {};
       return;
     }
     if (positionals_.size() != 3 && checkBox) {
@@ -201,8 +274,7 @@ class Parser {
                                    positionals_.size(), numbers ? "size" : "word",
                                    positionals_.size() == 1 ? "" : "s", fmt::join(positionals_, " ")));
     }
-    if (ownLumen) throw UsageError("sizes sX sY sZ exclude --cylinder, --sphere and --vessel");
-    result_.sizes = {positionals_[0], positionals_[1], positionals_[2]};
+    result_.request.boxSize = boxSizes(positionals_, result_.asPackCells, result_.request.remarks);
   }
 
   /// A word beside a file or sizes that is almost "check".
@@ -216,20 +288,21 @@ class Parser {
   const std::vector<std::string>& words_;
   std::size_t next_ = 0;
   std::vector<std::string> positionals_;
+  Assignments assignments_;
   CommandLine result_;
   std::vector<std::pair<std::size_t, std::size_t>> restart_;  ///< words [first, second) of --restart
   bool isCommand_ = false;
 };
 
-bool given(const CommandLine& commandLine, const std::string& option) {
-  return std::any_of(commandLine.assignments.begin(), commandLine.assignments.end(),
+bool given(const Assignments& all, const std::string& option) {
+  return std::any_of(all.begin(), all.end(),
                      [&](const Assignment& a) { return option == a.setting->option; });
 }
 
 /// Rejects two descriptions of one cell, of which one would be ignored.
-void refuseTwoShapes(const CommandLine& c) {
+void refuseTwoShapes(const Assignments& all) {
   std::map<std::string, std::string> described;  // name -> option
-  for (const Assignment& a : c.assignments) {
+  for (const Assignment& a : all) {
     const std::string option = a.setting->option;
     if (option != "cell" && option != "cell-mesh") continue;
     const std::string& name = std::get<std::string>(a.values.front());
@@ -251,12 +324,12 @@ std::string subjectOf(const Assignment& a) {
   return kind == Kind::text ? std::filesystem::path(*text).stem().string() : *text;
 }
 
-/// Rejects options given twice. Those before word `from` can be overridden.
-void refuseTwice(const CommandLine& c, std::size_t from) {
+/// Rejects options given twice.
+void refuseTwice(const Assignments& all) {
   std::map<std::pair<const Setting*, std::string>, const Assignment*> known;
-  for (const Assignment& a : c.assignments) {
+  for (const Assignment& a : all) {
     const std::string option = a.setting->option;
-    if (a.word < from || option == "export") continue;
+    if (option == "export") continue;
     const auto [other, isNew] = known.try_emplace({a.setting, subjectOf(a)}, &a);
     if (isNew || other->second->values == a.values) continue;
     throw UsageError(
@@ -266,71 +339,187 @@ void refuseTwice(const CommandLine& c, std::size_t from) {
 }
 
 /// Rejects options that contradict each other or the mode.
-void checkCombination(const CommandLine& c) {
-  refuseTwoShapes(c);
+void checkCombination(const Assignments& all, Command command) {
+  refuseTwoShapes(all);
   for (const char* hematocrit : {"hematocrit", "discharge-hematocrit"}) {
     for (const char* other : {"rbc", "plt"}) {
-      if (given(c, hematocrit) && given(c, other)) {
+      if (given(all, hematocrit) && given(all, other)) {
         throw UsageError(
             fmt::format("option '--{}' excludes '--{}': the hematocrit determines the number{}", hematocrit,
                         other, other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
       }
     }
   }
-  if (c.command == Command::check)
-    for (const Assignment& a : c.assignments)
+  if (command == Command::check)
+    for (const Assignment& a : all)
       if (a.setting->packingOnly)
         throw UsageError(fmt::format("option '--{}' is for packing, not for check", a.setting->option));
-  if (given(c, "quiet") && given(c, "verbose")) throw UsageError("--quiet excludes --verbose");
+  if (given(all, "quiet") && given(all, "verbose")) throw UsageError("--quiet excludes --verbose");
   const char* lumen = nullptr;
   for (const char* option : {"cylinder", "sphere", "vessel"}) {
-    if (!given(c, option)) continue;
+    if (!given(all, option)) continue;
     if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is only one lumen", lumen, option));
     lumen = option;
   }
-  if (!c.configFile && given(c, "minimum-distance-from-solid")) {
-    throw UsageError(
-        "option '--minimum-distance-from-solid' requires a case: without a config.xml there are no solid "
-        "nodes");
-  }
-  if (given(c, "box") && c.command != Command::check) {
+  if (given(all, "box") && command != Command::check) {
     throw UsageError("option '--box' is for check; to pack a box, give only its sizes: sX sY sZ");
   }
-  if (c.configFile) {
-    for (const char* boxOnly : {"dx", "keep-all", "box"}) {
-      if (given(c, boxOnly)) {
-        throw UsageError(
-            fmt::format("option '--{}' is for boxes; a case specifies this in config.xml", boxOnly));
-      }
+}
+
+/// The words of a command, and the section for what has no option.
+class Printer {
+ public:
+  explicit Printer(const Request& request) : packing_(document_.NewElement("packing")) {
+    document_.InsertEndChild(packing_);
+    words_.emplace_back(request.packCellsConventions ? "packCells" : "packMesh");
+    Json json = toJson(request);
+    json.erase("packCells");
+    json.erase("restart");
+    for (const auto& [key, value] : json.items()) {
+      if (key == "config")
+        words_.push_back(textOf(value)[0] == '-' ? "./" + textOf(value) : textOf(value));
+      else if (key == "box")
+        for (const Json& size : value) words_.push_back(textOf(size));
+      else if (key == "container")
+        container(value);
+      else if (key == "regions")
+        for (const Json& region : value)
+          addTag(*addTag(*packing_, "region", {{"hematocrit", region["hematocrit"]}}), region["body"]);
+      else if (key == "species")
+        species(value);
+      else if (key == catTag)
+        for (const auto& [name, parameter] : value.items()) option(catTag, {name, textOf(parameter)});
+      else
+        setting(key, value);
     }
   }
-}
+
+  std::vector<std::string> words() {
+    if (packing_->NoChildren()) return words_;
+    tinyxml2::XMLPrinter text(nullptr, true);
+    document_.Print(&text);
+    words_.emplace_back(text.CStr());
+    return words_;
+  }
+
+ private:
+  tinyxml2::XMLElement* addTag(tinyxml2::XMLElement& parent, const std::string& name,
+                               const Json& attributes) {
+    tinyxml2::XMLElement* const tag = document_.NewElement(name.c_str());
+    parent.InsertEndChild(tag);
+    for (const auto& [key, value] : attributes.items()) tag->SetAttribute(key.c_str(), textOf(value).c_str());
+    return tag;
+  }
+  void addTag(tinyxml2::XMLElement& parent, Json body) {
+    const std::string kind = textOf(body["kind"]);
+    body.erase("kind");
+    addTag(parent, kind, body);
+  }
+
+  void option(const std::string& name, std::vector<std::string> values) {
+    if (!values.empty() && values[0][0] == '-') values = {"=" + values[0]};
+    const bool attached = !values.empty() && values[0][0] == '=';
+    words_.push_back("--" + name + (attached ? values[0] : ""));
+    if (!attached) words_.insert(words_.end(), values.begin(), values.end());
+  }
+
+  /// By its option, a flag that states the value, or its tag.
+  void setting(const std::string& key, const Json& value) {
+    for (const Setting& row : settingsTable()) {
+      if (row.option.empty() || row.key() != key) continue;
+      if (!row.isWritten()) {
+        Request stated;
+        if (row.isFlag()) row.apply(stated, {true}, {});
+        if (!row.isFlag() || toJson(stated)[key] != value) continue;
+        return option(row.option, {});
+      }
+      if (row.isFlag() && value == true) return option(row.option, {});
+      for (const Json& entry : row.repeats ? value : Json::array({value})) {
+        std::vector<std::string> values;
+        for (const Json& one : row.values.size() > 1 ? entry : Json::array({entry}))
+          values.push_back(textOf(one));
+        if (row.isFlag()) values[0] = "=" + values[0];
+        option(row.option, values);
+      }
+      return;
+    }
+    addTag(*packing_, key, Json::object())->SetText(textOf(value).c_str());
+  }
+
+  void container(const Json& json) {
+    const Json lumen = json.contains("lumen") ? json["lumen"] : Json::object();
+    const std::string kind = lumen.contains("kind") ? textOf(lumen["kind"]) : "";
+    const bool placed = lumen.contains("center") || lumen.value("offset", Json()) != Json({0.0, 0.0, 0.0});
+    if (kind == "cylinder" && !lumen.contains("center"))
+      option(kind, {textOf(lumen["axis"]), textOf(lumen["radius"]), textOf(lumen["length"])});
+    else if (kind == "sphere" && !lumen.contains("center"))
+      option(kind, {textOf(lumen["radius"])});
+    else if (kind == "mesh" && !placed)
+      option("vessel", {textOf(lumen["file"]), textOf(lumen["scale"])});
+    else if (!kind.empty())
+      addTag(*addTag(*packing_, "container", Json::object()), lumen);
+    if (lumen.contains("openAxis") && (kind.empty() || !placed))
+      option("open-axis", {textOf(lumen["openAxis"])});
+    if (!json.contains("obstacles") && !json.contains("nodes")) return;
+    tinyxml2::XMLElement* tag = packing_->FirstChildElement("container");
+    if (!tag) tag = addTag(*packing_, "container", Json::object());
+    if (json.contains("obstacles")) {
+      tinyxml2::XMLElement* const obstacles = addTag(*tag, "obstacles", Json::object());
+      for (const Json& body : json["obstacles"]) addTag(*obstacles, body);
+    }
+    if (json.contains("nodes")) addTag(*tag, "nodes", Json::object())->SetText(textOf(json["nodes"]).c_str());
+  }
+
+  /// Options come after the section: those at the end that are numbers alone. The order is that of the cells.
+  void species(const Json& all) {
+    const auto optionOf = [](const Json& one) -> const Setting* {
+      const auto& table = settingsTable();
+      const auto row = std::find_if(table.begin(), table.end(), [&](const Setting& s) {
+        return !s.countOf.empty() && s.countOf == textOf(one["name"]);
+      });
+      return row != table.end() && one.size() == 2 && one.contains("count") ? &*row : nullptr;
+    };
+    std::size_t plain = all.size();
+    while (plain > 0 && optionOf(all[plain - 1])) --plain;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (i < plain)
+        addTag(*packing_, "species", all[i]);
+      else
+        option(optionOf(all[i])->option, {textOf(all[i]["count"])});
+  }
+
+  std::vector<std::string> words_;
+  tinyxml2::XMLDocument document_;
+  tinyxml2::XMLElement* packing_;
+};
 
 }  // namespace
 
-Request CommandLine::options() const {
-  return withOptions({}, *this);
+std::vector<std::string> wordsOf(const Request& request) {
+  return Printer(request).words();
 }
 
-Request withOptions(Request base, const CommandLine& commandLine) {
-  for (const Assignment& assignment : commandLine.assignments)
-    assignment.setting->apply(base, assignment.values);
-  return base;
-}
-
-CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
-                             std::size_t earlier) {
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments) {
   const std::string program = std::filesystem::path(programName).filename().string();
   const bool asPackCells = program == "packCells";
   if (arguments.empty()) {
     throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; see --help");
   }
-  CommandLine result = Parser(arguments).parse();
-  result.asPackCells = asPackCells;
-  result.words.insert(result.words.begin(), program);
-  checkCombination(result);
-  if (!asPackCells) refuseTwice(result, earlier);
+  Parser parser(arguments, asPackCells);
+  CommandLine result = parser.parse();
+  result.request.words.insert(result.request.words.begin(), program);
+  checkCombination(parser.assignments(), result.command);
+  if (!asPackCells) refuseTwice(parser.assignments());
+  if (result.command == Command::pack || result.command == Command::check) requireConsistent(result.request);
   return result;
+}
+
+Request readOptions(const std::vector<std::string>& words) {
+  Parser parser(words, false);
+  Request request = parser.options();
+  checkCombination(parser.assignments(), Command::pack);
+  refuseTwice(parser.assignments());
+  return request;
 }
 
 }  // namespace packmesh::hemocell

@@ -2,10 +2,6 @@
 /// @file Parser of the command line, compatible with that of packCells.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,32 +12,12 @@ namespace packmesh::hemocell {
 
 enum class Command { pack, check, help, version, reference, man, completion };
 
-/// One option with its values, in the order of the command line.
-struct Assignment {
-  const Setting* setting = nullptr;
-  std::vector<Value> values;
-  std::size_t word = 0;  ///< index of its first argument
-};
-
 /// The parsed command line.
 struct CommandLine {
   Command command = Command::pack;
-  bool asPackCells = false;                         ///< started as packCells
-  std::optional<std::filesystem::path> configFile;  ///< case mode
-  std::optional<std::array<std::string, 3>> sizes;  ///< box mode, as typed
-  std::vector<Assignment> assignments;
-  std::vector<std::string> words;  ///< name of the program, arguments without --restart and its file
-  bool restartAlone = false;       ///< --restart without a container
-  /// A word that is a `<packing>` section, for settings that have no option. Options override it; it changes
-  /// that of config.xml.
-  std::string section;
-
-  /// The options only.
-  Request options() const;
+  bool asPackCells = false;  ///< started as packCells
+  Request request;  ///< all that it states; its words are the arguments without --restart and its file
 };
-
-/// `base`, overridden by the options.
-Request withOptions(Request base, const CommandLine& commandLine);
 
 /// Parses `arguments` (without the program name).
 ///
@@ -53,11 +29,15 @@ Request withOptions(Request base, const CommandLine& commandLine);
 /// Options given twice with different values are rejected, except under the name packCells, where the last
 /// one counts.
 /// @param programName argv[0]; its last component determines whether this is packCells
-/// @param earlier the first `earlier` arguments are those of an earlier command and are overridden by the
-/// others
 /// @throws UsageError
-CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
-                             std::size_t earlier = 0);
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments);
+
+/// The options alone, of words without a container. @throws UsageError
+Request readOptions(const std::vector<std::string>& words);
+
+/// A command that states the request: options and, of what has none, a `<packing>` section. Numbers in memory
+/// have the name of their key, where a file would be.
+std::vector<std::string> wordsOf(const Request& request);
 
 /// The text of `--help`.
 std::string helpText(bool asPackCells);

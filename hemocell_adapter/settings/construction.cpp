@@ -39,6 +39,10 @@ std::vector<std::string> meshFrameNames() {
   return {"hemocell", "file"};
 }
 
+std::string toString(MeshFrame frame) {
+  return frame == MeshFrame::file ? "file" : "hemocell";
+}
+
 std::optional<MeshFrame> meshFrameFromString(const std::string& text) {
   if (text == "hemocell") return MeshFrame::hemocell;
   if (text == "file") return MeshFrame::file;

@@ -21,6 +21,7 @@ std::vector<std::string> constructionNames();
 enum class MeshFrame { hemocell, file };
 
 /// `hemocell`, `file`.
+std::string toString(MeshFrame frame);
 std::vector<std::string> meshFrameNames();
 std::optional<MeshFrame> meshFrameFromString(const std::string& text);
 

@@ -15,6 +15,8 @@ std::string toText(const Value& value) {
           return fmt::format("{} {} {}", v.x(), v.y(), v.z());
         else if constexpr (std::is_same_v<T, std::vector<double>>)
           return fmt::format("{}", fmt::join(v, " "));
+        else if constexpr (std::is_same_v<T, std::shared_ptr<const Given>>)
+          return v->what;
         else
           return fmt::format("{}", v);
       },

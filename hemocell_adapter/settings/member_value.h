@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/settings/source.h"
 
 namespace packmesh::hemocell {
 
@@ -18,6 +19,11 @@ template <class T>
 struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
+
+inline Source sourceIn(const Value& value) {
+  if (const auto* numbers = std::get_if<std::shared_ptr<const Given>>(&value)) return Source(*numbers);
+  return Source(std::get<std::string>(value));
+}
 
 /// Converts a value to the type of a member.
 template <class T>
@@ -29,6 +35,8 @@ T fromValue(const Value& value) {
     return std::get<T>(value);
   else if constexpr (std::is_integral_v<T>)
     return static_cast<T>(std::get<std::int64_t>(value));
+  else if constexpr (std::is_same_v<T, Source>)
+    return sourceIn(value);
   else
     return T(std::get<std::string>(value));
 }
@@ -41,6 +49,8 @@ std::optional<Value> toValue(const T& member) {
     return toValue(*member);
   } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
     return Value(member.string());
+  } else if constexpr (std::is_same_v<T, Source>) {
+    return member.given ? Value(member.given) : Value(member.string());
   } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
     return Value(static_cast<std::int64_t>(member));
   } else {

@@ -29,6 +29,10 @@ std::vector<Setting> outputSettings() {
               [](Request& s, const Values& v) {
                 s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
               })
+          .writtenBy([](const R& r) {
+            return std::vector<Values>{{Value(std::int64_t(r.tiles[0])), Value(std::int64_t(r.tiles[1])),
+                                        Value(std::int64_t(r.tiles[2]))}};
+          })
           .notForCheck(),
       setting(
           "export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
@@ -39,6 +43,11 @@ std::vector<Setting> outputSettings() {
             if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
                 s.output.exports.end())
               s.output.exports.push_back(text(v[0]));
+          })
+          .writtenBy([](const R& r) {
+            std::vector<Values> all;
+            for (const std::string& format : r.output.exports) all.push_back({format});
+            return all;
           })
           .withTag("export")
           .mayRepeat(),
@@ -78,8 +87,9 @@ std::vector<Setting> ignoredSettings() {
       setting("allowRotate", {flag()}, "orientations are random by default", [](Request&, const Values&) {})
           .withLetter('r')
           .alsoOfPackCells(),
-      setting("scale", {number("s", "", 0, false, 1e9)}, "neighbour grid of packCells; packMesh has none",
-              [](Request& s, const Values& v) { s.ignoredScale = real(v[0]); })
+      setting("scale", &Request::ignoredScale, number("s", "", 0, false, 1e9),
+              "neighbour grid of packCells; packMesh has none")
+          .withoutTag()
           .withLetter('s')
           .alsoOfPackCells()};
 }

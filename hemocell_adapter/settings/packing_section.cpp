@@ -33,17 +33,18 @@ std::vector<std::string> names(const Table& table) {
   return all;
 }
 
-/// Applies the attributes of `element` by `table`; required ones have an empty default and are listed in
-/// `needed`.
-template <typename Table, typename Target>
-void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file) {
+/// Applies the attributes of `element` by `table`. @param stated called with the name of each, and its place
+template <typename Table, typename Target, typename Stated>
+void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file,
+                    const Stated& stated) {
   for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
     bool known = false;
     for (const auto& row : table) {
       if (row.name != attribute->Name()) continue;
       known = true;
-      located(fmt::format("{}, attribute {}", placeOf(element, file), row.name),
-              [&] { row.apply(target, parseValue(row.value, attribute->Value())); });
+      const std::string place = fmt::format("{}, attribute {}", placeOf(element, file), row.name);
+      located(place, [&] { row.apply(target, parseValue(row.value, attribute->Value())); });
+      stated(row.name, place);
     }
     if (!known) {
       throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file),
@@ -51,6 +52,8 @@ void readAttributes(const XMLElement& element, const Table& table, Target& targe
     }
   }
 }
+
+constexpr auto unrecorded = [](const std::string&, const std::string&) {};
 
 void require(const XMLElement& element, const std::string& attribute, const ValueSpec& spec,
              const fs::path& file) {
@@ -87,26 +90,20 @@ void refuseText(const XMLElement& element, const fs::path& file) {
   if (!text.empty()) throw InputError(fmt::format("{}: stray text '{}'", placeOf(element, file), text));
 }
 
-/// @param known what is known of species before
-SpeciesRequest readSpecies(const XMLElement& element, const Request& known, const fs::path& file) {
+/// @param request to which the origins of the attributes are added
+SpeciesRequest readSpecies(const XMLElement& element, Request& request, const fs::path& file) {
   require(element, "name", speciesAttributes().front().value, file);
   refuseContent(element, file);
   SpeciesRequest species;
-  if (const SpeciesRequest* before = findSpecies(known, element.Attribute("name"))) species = *before;
-  if (element.Attribute("count")) species.ratio.reset();
-  if (element.Attribute("ratio")) species.count.reset();
-  readAttributes(element, speciesAttributes(), species, file);
-  if (element.Attribute("count") && element.Attribute("ratio")) {
-    throw InputError(fmt::format("{}: has both a count and a ratio; give only one", placeOf(element, file)));
-  }
-  if (species.meshFile && species.ellipsoidAxes) {
-    throw InputError(
-        fmt::format("{}: has both a mesh file and an ellipsoid; give only one", placeOf(element, file)));
-  }
-  const std::pair<const char*, std::optional<fs::path>*> paths[] = {
-      {"file", &species.meshFile}, {"fixed", &species.fixed}, {"start", &species.start}};
-  for (const auto& [attribute, path] : paths)
-    if (element.Attribute(attribute)) **path = file.parent_path() / **path;
+  Origins origins;
+  readAttributes(element, speciesAttributes(), species, file,
+                 [&](const std::string& name, const std::string& place) {
+                   origins[name] = {Origin::Kind::section, place};
+                 });
+  for (const auto& [name, origin] : origins) request.origins[keyOfSpecies(species.name, name)] = origin;
+  refuseBoth([&](const char* name) { return element.Attribute(name) != nullptr; }, placeOf(element, file));
+  for (auto* const source : {&species.meshFile, &species.fixed, &species.start})
+    if (*source) **source = file.parent_path() / (*source)->file;
   return species;
 }
 
@@ -121,8 +118,8 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
       if (attribute.fallback.empty()) require(element, attribute.name, attribute.value, file);
     }
     refuseContent(element, file);
-    readAttributes(element, tag.attributes, solid, file);
-    if (solid.kind == SolidRequest::Kind::mesh) solid.file = file.parent_path() / solid.file;
+    readAttributes(element, tag.attributes, solid, file, unrecorded);
+    if (solid.kind == SolidRequest::Kind::mesh) solid.file = file.parent_path() / solid.file.file;
     return solid;
   }
   std::vector<std::string> known = names(solidTags());
@@ -147,12 +144,8 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
         container.obstacles.push_back(readSolid(*solid, {}, file));
       }
     } else if (name == "nodes") {
-      ValueSpec spec;
-      spec.kind = Kind::vector;
-      spec.unit = "lattice nodes";
-      spec.low = 1;
       refuseAttributes(*child, file);
-      container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
+      container.nodes = std::get<Vec3>(valueOf(*child, specs::latticeNodes(), file));
     } else if (container.lumen) {
       throw InputError(
           fmt::format("{}: second body; a container has one body, from which <obstacles> are subtracted",
@@ -182,13 +175,12 @@ std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSp
 }
 
 RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
-  ValueSpec fraction = specs::hematocrit();
-  fraction.lowExcluded = false;
+  const ValueSpec fraction = specs::regionHematocrit();
   const std::vector<Attribute<RegionRequest>> attributes = {
       attribute("hematocrit", &RegionRequest::hematocrit, fraction, "of the region")};
   RegionRequest region;
   require(element, "hematocrit", fraction, file);
-  readAttributes(element, attributes, region, file);
+  readAttributes(element, attributes, region, file, unrecorded);
   refuseText(element, file);
   const XMLElement* body = element.FirstChildElement();
   if (!body || body->NextSiblingElement())
@@ -198,14 +190,25 @@ RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
   return region;
 }
 
-/// @param settings to which those of the section are added
-Request withSection(Request settings, const XMLElement& packing, const fs::path& file) {
+/// Applies a setting that a tag states. Paths of input files are relative to the section's.
+void apply(const Setting& setting, const XMLElement& tag, Request& settings, const fs::path& file) {
+  refuseAttributes(tag, file);
+  std::vector<Value> values = valuesOf(tag, setting.values, file);
+  if (setting.tag == "fixed" || setting.tag == "start" ||
+      (setting.tag == "profile" && std::get<std::string>(values[0]) != developedProfile))
+    values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
+  setting.apply(settings, values, {Origin::Kind::section, placeOf(tag, file)});
+}
+
+}  // namespace
+
+Request readPackingSection(const XMLElement& packing, const fs::path& file) {
+  Request settings;
   std::unordered_set<std::string> named;  // species
   std::vector<std::string> known = {"species", "container", catTag, "region"};
   for (const Setting& setting : settingsTable()) {
     if (!setting.tag.empty()) known.push_back(setting.tag);
   }
-  if (packing.FirstChildElement("region")) settings.regions.clear();
   refuseText(packing, file);
   refuseAttributes(packing, file, [&](const char* name, const char* value) {
     if (std::find(known.begin(), known.end(), name) == known.end()) return didYouMean(name, known);
@@ -225,6 +228,7 @@ Request withSection(Request settings, const XMLElement& packing, const fs::path&
     }
     if (name == "region") {
       settings.regions.push_back(readRegion(*child, file));
+      settings.origins.insert({"regions", {Origin::Kind::section, placeOf(*child, file)}});
       continue;
     }
     const Setting* found = nullptr;
@@ -234,45 +238,29 @@ Request withSection(Request settings, const XMLElement& packing, const fs::path&
     if (!found || !found->repeats) onlyChild(packing, child->Name(), file);
     if (name == "container") {
       settings.container = readContainer(*child, file);
+      settings.origins[name] = {Origin::Kind::section, placeOf(*child, file)};
       continue;
     }
     if (name == catTag) {
       refuseContent(*child, file);
-      readAttributes(*child, catParameters(), settings.cat.growth, file);
-      settings.stated.insert(catTag);
+      settings.origins[name] = {Origin::Kind::section, placeOf(*child, file)};
+      readAttributes(*child, catParameters(), settings.cat.growth, file,
+                     [&](const std::string& parameter, const std::string& place) {
+                       settings.origins[name + "." + parameter] = {Origin::Kind::section, place};
+                     });
       continue;
     }
     if (!found) {
       throw InputError(
           fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
     }
-    refuseAttributes(*child, file);
-    std::vector<Value> values = valuesOf(*child, found->values, file);
-    if (name == "fixed" || name == "start" ||
-        (name == "profile" && std::get<std::string>(values[0]) != developedProfile))
-      values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
-    found->apply(settings, values);
-    if ((name == "fixed" || name == "start") && !isState(std::get<std::string>(values[0])))
+    apply(*found, *child, settings, file);
+    if ((name == "fixed" || name == "start") && !isState(trimmed(textOf(*child))))
       named.insert(settings.species.back().name);
   }
   if (settings.output.stateFile) *settings.output.stateFile = file.parent_path() / *settings.output.stateFile;
   if (!settings.output.folder.empty()) settings.output.folder = file.parent_path() / settings.output.folder;
   return settings;
-}
-
-}  // namespace
-
-Request readPackingSection(const XMLElement& packing, const fs::path& file) {
-  return withSection({}, packing, file);
-}
-
-Request withPackingSection(Request base, const std::string& text, const std::string& where) {
-  tinyxml2::XMLDocument document;
-  parseXml(document, text, where);
-  const XMLElement* packing = document.RootElement();
-  if (!packing || packing->Name() != std::string("packing"))
-    throw InputError(fmt::format("{}: expected a section <packing>", where));
-  return withSection(std::move(base), *packing, where);
 }
 
 }  // namespace packmesh::hemocell

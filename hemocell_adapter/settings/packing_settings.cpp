@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Request of the method and its limits.
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/problem/execution.h"
 
 namespace packmesh::hemocell {
 
+namespace {
+
 using namespace specs;
+
+Value numberOrAuto(const std::optional<double>& number) {
+  return number ? Value(*number) : Value(std::string("auto"));
+}
+
+}  // namespace
 
 std::vector<Setting> methodSettings() {
   using R = Request;
@@ -20,11 +29,16 @@ std::vector<Setting> methodSettings() {
             s.clearance = numberIn(v[0]);
             s.largestClearance = isWord(v[0], "max");
           })
+          .writtenBy([](const R& r) {
+            return std::vector<Values>{
+                {r.largestClearance ? Value(std::string("max")) : numberOrAuto(r.clearance)}};
+          })
           .byDefault("auto")
           .withTag("clearance"),
       setting("wall-clearance", {clearance({"auto"})},
               "minimum gap between membrane and wall; auto: dx, or as much of it as the hematocrit allows",
               [](Request& s, const Values& v) { s.wallClearance = numberIn(v[0]); })
+          .writtenBy([](const R& r) { return std::vector<Values>{{numberOrAuto(r.wallClearance)}}; })
           .byDefault("auto")
           .withTag("wallClearance"),
       setting("cell-free-layer", &R::cellFreeLayer, clearance(),
@@ -38,6 +52,7 @@ std::vector<Setting> methodSettings() {
       setting("seed", &R::seed, seed(), "seed of the random numbers; the same seed gives the same bytes"),
       setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",
               [](Request& s, const Values& v) { s.rotate = !yes(v[0]); })
+          .statesKey("rotate")
           .byDefault("false")
           .alsoOfPackCells(),
       setting("", &R::rotate, flag(), "false: keep every orientation at 0 0 0 (symmetry axis along y)")
@@ -65,6 +80,7 @@ std::vector<Setting> limitSettings() {
       setting("maxiter", &R::maxIterations, sweeps,
               "the same as --max-iterations, under the name it has in packCells")
           .withoutTag()
+          .statesKey("maxIterations")
           .alsoOfPackCells(),
       setting("threads", &R::threads, integer("n", "threads", 1, maxThreads),
               "threads of each rank; the packing does not depend on their number")

@@ -7,6 +7,18 @@
 
 namespace packmesh::hemocell {
 
+const Origin* Request::originOf(const std::string& key) const {
+  for (auto found = origins.lower_bound(key); found != origins.end(); ++found) {
+    if (found->first.compare(0, key.size(), key) != 0) return nullptr;
+    if (found->first.size() == key.size() || found->first[key.size()] == '.') return &found->second;
+  }
+  return nullptr;
+}
+
+std::string keyOfSpecies(const std::string& name, const std::string& attribute) {
+  return "species." + name + "." + attribute;
+}
+
 SpeciesRequest& speciesNamed(Request& request, const std::string& name) {
   for (SpeciesRequest& species : request.species) {
     if (species.name == name) return species;

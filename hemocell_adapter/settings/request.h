@@ -5,17 +5,36 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "hemocell_adapter/base/node_plane.h"
 #include "hemocell_adapter/settings/construction.h"
+#include "hemocell_adapter/settings/source.h"
 #include "packMesh/cat/cat_settings.h"
 #include "packMesh/core/vector.h"
 
 namespace packmesh::hemocell {
+
+/// Where a value was stated.
+struct Origin {
+  /// What is stated later in this list overrides what is stated earlier; the last three are front ends.
+  /// argument: of a section that the program is given as one.
+  enum class Kind { section, argument, state, option, keyword, member };
+  Kind kind = Kind::option;
+  std::string place;  ///< for messages, of a section: "config.xml:12: <walls>"; empty: its name says it
+
+  bool isLaterThan(const Origin& other) const { return rank() > other.rank(); }
+  bool isSection() const { return kind == Kind::section || kind == Kind::argument; }
+
+ private:
+  int rank() const { return isSection() ? 0 : kind == Kind::state ? 1 : 2; }
+};
+/// By what they are of: "walls" (Setting::key()), "species.RBC.count", "container", "regions".
+using Origins = std::map<std::string, Origin>;
 
 /// Least gaps [µm].
 struct Clearances {
@@ -30,18 +49,18 @@ struct SpeciesRequest {
   std::optional<Construction> construction;
   /// Argument of setInitialMinimumDistanceFromSolid, which truncates it to an integer [µm].
   std::optional<double> minimumDistanceFromSolid;
-  std::optional<std::filesystem::path> meshFile;
+  std::optional<Source> meshFile;
   std::optional<double> meshScale;  ///< µm per unit of the mesh file
   std::optional<MeshFrame> meshFrame;
-  std::optional<Vec3> ellipsoidAxes;           ///< full lengths [µm]
-  std::optional<bool> redCell;                 ///< true if its volume counts in the hematocrit
-  std::optional<std::int64_t> stock;           ///< number of cells in reserve that can fill gaps
-  std::optional<std::filesystem::path> fixed;  ///< .pos file of fixed cells
-  std::optional<std::filesystem::path> start;  ///< .pos file of existing cells that can move
-  std::optional<double> wallClearance;         ///< [µm]
-  std::optional<Vec3> axis;                    ///< direction of the cells' symmetry axis, any length
-  std::optional<double> spread;                ///< largest angle to `axis` [degrees]
-  bool inBlood = false;                        ///< the state Request::blood has such cells
+  std::optional<Vec3> ellipsoidAxes;    ///< full lengths [µm]
+  std::optional<bool> redCell;          ///< true if its volume counts in the hematocrit
+  std::optional<std::int64_t> stock;    ///< number of cells in reserve that can fill gaps
+  std::optional<Source> fixed;          ///< lines of a .pos file of fixed cells
+  std::optional<Source> start;          ///< of existing cells that can move
+  std::optional<double> wallClearance;  ///< [µm]
+  std::optional<Vec3> axis;             ///< direction of the cells' symmetry axis, any length
+  std::optional<double> spread;         ///< largest angle to `axis` [degrees]
+  bool inBlood = false;                 ///< the state Request::blood has such cells
 };
 
 /// A body with a closed surface, in the coordinate system of .pos files [µm].
@@ -53,7 +72,7 @@ struct SolidRequest {
   std::optional<Vec3> center;         ///< cylinder, sphere [µm]; default: touching the planes x, y, z = 0
   int axis = 0;                       ///< cylinder: direction, 0, 1, 2 = x, y, z
   double radius = 0.0, length = 0.0;  ///< [µm]
-  std::filesystem::path file;         ///< mesh
+  Source file;                        ///< mesh
   double scale = 1.0;                 ///< mesh: µm per unit of the file
   std::optional<int> openAxis;        ///< mesh: axis along which the lumen is open
   std::string where;                  ///< for messages: "config.xml:12: <cylinder>" or "option '--cylinder'"
@@ -100,26 +119,26 @@ struct Method {
 bool hasCat();
 
 /// What the user states, nothing resolved; the initial values of members are the defaults. Made by the
-/// readers of one table of settings: command line, `<packing>`, Python.
+/// readers of one table of settings: options, `<packing>`, JSON.
 struct Request {
+  std::optional<std::filesystem::path> config;  ///< config.xml of a case
   // Cells
   std::optional<double> hematocrit;
   std::optional<double> dischargeHematocrit;  ///< decides the hematocrit, by the lumen's diameter
   std::optional<double> plateletRatio;        ///< empty: packCellsPlateletRatio, where there may be platelets
   std::vector<SpeciesRequest> species;
-  std::vector<std::filesystem::path> fixedStates, startStates;  ///< states with cells of any species
-  std::optional<std::filesystem::path> blood;  ///< state whose cells are repeated over the lumen
+  std::vector<Source> fixedStates, startStates;  ///< states with cells of any species
+  std::optional<Source> blood;                   ///< state whose cells are repeated over the lumen
   std::optional<double> redCellVolume;  ///< of one red cell in the hematocrit [µm³]; empty: of its mesh
   bool fluidVolume = false;  ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
   bool packCellsConventions = false;  ///< started as packCells: its volumes, ends and rounding
-  std::vector<std::string> words;     ///< the command, for states and reports (CommandLine::words)
 
   // Lumen
-  std::optional<Vec3> boxSize;  ///< a box from the command line [µm]
+  std::optional<Vec3> boxSize;  ///< a box beside a case [µm]
   std::optional<ContainerRequest> container;
   std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it
   /// File with the distribution of cells over the distance from the wall, or developedProfile.
-  std::optional<std::filesystem::path> profile;
+  std::optional<Source> profile;
   double cellFreeLayer = 0.0;  ///< minimum distance between red cells and the wall [µm]
   bool capOpenings = true;     ///< close flat openings of the mesh of a vessel
   std::optional<bool> periodicEnds;
@@ -155,8 +174,15 @@ struct Request {
   bool quiet = false, verbose = false;
   OutputRequest output;
 
-  std::set<std::string> stated;  ///< names (Setting::name()) of the settings given by the user
-  bool states(const std::string& name) const { return stated.count(name) > 0; }
+  Origins origins;                       ///< of all that is stated
+  std::vector<std::string> remarks;      ///< how words were understood, for the user
+  std::vector<std::string> words;        ///< the command as it was typed, for reports; empty: wordsOf()
+  std::shared_ptr<const Request> asked;  ///< of a completed request: as its front end made it, for states
+
+  /// The origin of a value, or of the first of those within it ("container"); nullptr if none is stated.
+  const Origin* originOf(const std::string& key) const;
+  bool states(const std::string& key) const { return originOf(key) != nullptr; }
+  bool hasLumen() const { return config || boxSize || container; }
 
   /// Least gaps, 0 where none is stated.
   Clearances demanded() const { return {clearance.value_or(0.0), wallClearance.value_or(0.0)}; }
@@ -174,11 +200,6 @@ constexpr double packCellsRedCellVolume = 97.0;
 /// Instead of a file: the profile of developed flow (profile_source.h).
 inline constexpr const char* developedProfile = "developed";
 
-/// Whether a file of existing cells is a state, by its name; otherwise it is a .pos file.
-inline bool isState(const std::filesystem::path& file) {
-  return file.extension() == ".h5";
-}
-
 /// Names of the export formats.
 inline constexpr const char* exportFormats[] = {
     "csv",    "espresso", "extxyz", "gsd", "lammps",    "lammps-molecular",
@@ -192,5 +213,8 @@ SpeciesRequest& speciesNamed(Request& request, const std::string& name);
 
 /// The request for the species `name`, nullptr if there is none.
 const SpeciesRequest* findSpecies(const Request& request, const std::string& name);
+
+/// "species.RBC.count"
+std::string keyOfSpecies(const std::string& name, const std::string& attribute);
 
 }  // namespace packmesh::hemocell

@@ -21,8 +21,8 @@ enum class Topic { cells, lumen, packing, limits, output, ignored };
 
 /// A setting: its option and its tag (either can be empty), its values, and where they are stored.
 ///
-/// Parsing, ranges, messages, `--help`, the manual page, completion, the reference and the configuration in
-/// reports are derived from it.
+/// Parsing, JSON, ranges, messages, `--help`, the manual page, completion, the reference and the
+/// configuration in reports are derived from it.
 struct Setting {
   std::string option;  ///< without dashes
   std::string tag;     ///< child of `<packing>`
@@ -31,6 +31,12 @@ struct Setting {
   std::function<void(Request&, const std::vector<Value>&)> store;
   /// Current value of the setting; empty function if it is not a single value.
   std::function<std::optional<Value>(const Request&)> get = {};
+  /// The values as they would be stated, once or (mayRepeat) several times; empty function: `get` has them,
+  /// or the setting is another way to state values of other keys.
+  std::function<std::vector<std::vector<Value>>(const Request&)> getAll = {};
+  std::string otherKey = {};  ///< the key of what it states, if that is not its own
+  std::vector<std::string> attributes =
+      {};                     ///< that it states of the cell of `countOf` or of its first value
   std::string fallback = {};  ///< the default as text
   std::string countOf = {};   ///< the cell whose number it is
   Topic topic = Topic::cells;
@@ -41,11 +47,13 @@ struct Setting {
   std::optional<Method::Kind> method = {};  ///< the only method it applies to; empty: all
 
   const std::string& name() const { return option.empty() ? tag : option; }
+  /// What its value is called in JSON and in Request::origins: its tag, or as one would be called.
+  std::string key() const;
+  /// Whether the value of its key is written by this setting.
+  bool isWritten() const { return otherKey.empty() && attributes.empty() && (get || getAll); }
   bool isFlag() const { return values[0].kind == Kind::boolean; }  ///< the option needs no value
-  void apply(Request& settings, const std::vector<Value>& given) const {
-    store(settings, given);
-    settings.stated.insert(name());
-  }
+  /// Stores the values, and where they are from.
+  void apply(Request& settings, const std::vector<Value>& given, const Origin& from) const;
 
   Setting& byDefault(std::string words) {
     fallback = std::move(words);
@@ -66,6 +74,19 @@ struct Setting {
   }
   Setting& mayRepeat() {
     repeats = true;
+    return *this;
+  }
+  Setting& writtenBy(std::function<std::vector<std::vector<Value>>(const Request&)> all) {
+    getAll = std::move(all);
+    return *this;
+  }
+  /// It is another way to state the value of this key.
+  Setting& statesKey(std::string key) {
+    otherKey = std::move(key);
+    return *this;
+  }
+  Setting& ofCell(std::vector<std::string> names) {
+    attributes = std::move(names);
     return *this;
   }
   /// `check` rejects this option, because it requests something that check does not do. All other options of

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/settings/settings_table.h"
 
+#include <fmt/format.h>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 
 namespace packmesh::hemocell {
@@ -21,6 +25,42 @@ const std::vector<Setting>& settingsTable() {
     return all;
   }();
   return table;
+}
+
+std::string optionOf(const std::string& key) {
+  for (const Setting& setting : settingsTable())
+    if (setting.key() == key && !setting.option.empty()) return setting.option;
+  return key;
+}
+
+std::string whereStated(const Request& request, const std::string& key) {
+  const Origin* const origin = request.originOf(key);
+  return origin && !origin->place.empty() ? origin->place : heading(optionOf(key));
+}
+
+void refuseStated(const Request& request, const std::string& key, const std::string& reason) {
+  const std::string text = whereStated(request, key) + ": " + reason;
+  if (const Origin* const origin = request.originOf(key); origin && origin->isSection())
+    throw InputError(text);
+  throw UsageError(text);
+}
+
+void requireConsistent(const Request& request) {
+  const bool ownBody = request.container && request.container->lumen;
+  if (request.boxSize && ownBody)
+    throw UsageError(fmt::format("{} excludes {}, {} and {}", named("box"), named("cylinder"),
+                                 named("sphere"), named("vessel")));
+  if (request.boxSize && request.config)
+    throw UsageError(fmt::format("sizes {} exclude a case", named("box")));
+  if (!request.config)
+    for (const SpeciesRequest& species : request.species)
+      if (species.minimumDistanceFromSolid)
+        throw UsageError(fmt::format("{} requires a case: without a config.xml there are no solid nodes",
+                                     heading("minimum-distance-from-solid")));
+  if (!request.config) return;
+  for (const char* boxOnly : {"dx", "keep-all"})
+    if (request.states(tagOf(boxOnly)))
+      throw UsageError(fmt::format("{} is for boxes; a case specifies this in config.xml", heading(boxOnly)));
 }
 
 }  // namespace packmesh::hemocell

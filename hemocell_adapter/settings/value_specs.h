@@ -68,6 +68,19 @@ inline ValueSpec hematocrit() {
   return spec;
 }
 
+inline ValueSpec regionHematocrit() {
+  ValueSpec spec = hematocrit();
+  spec.lowExcluded = false;
+  return spec;
+}
+
+inline ValueSpec latticeNodes() {
+  ValueSpec spec = plain(Kind::vector, "");
+  spec.unit = "lattice nodes";
+  spec.low = 1;
+  return spec;
+}
+
 inline ValueSpec ratio() {
   return number("r", "per red cell", 0, false, 1e4);
 }

@@ -21,6 +21,9 @@ inline Hdf5Type hdf5Type(const float*) {
 inline Hdf5Type hdf5Type(const std::int64_t*) {
   return {H5T_STD_I64LE, H5T_NATIVE_INT64};
 }
+inline Hdf5Type hdf5Type(const std::uint8_t*) {
+  return {H5T_STD_U8LE, H5T_NATIVE_UINT8};
+}
 inline Hdf5Type hdf5Type(const std::int32_t*) {
   return {H5T_STD_I32LE, H5T_NATIVE_INT32};
 }

@@ -56,7 +56,8 @@ std::string seal(const fs::path& file, const Seal& seal) {
   return std::string("cannot be written: ") + std::strerror(errno);
 }
 
-void requireSealed(const fs::path& file, const std::string& kind, std::int64_t version) {
+std::int64_t requireSealed(const fs::path& file, const std::string& kind, std::int64_t oldest,
+                           std::int64_t version) {
   const auto fail = [&](const std::string& what) { throw InputError(file.string() + ": " + what); };
   requireFile(file, "a packMesh " + kind);
   std::error_code ignored;
@@ -76,11 +77,12 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
   const std::string_view writtenBy = lineAt(block, head.size() + number.size() + 1);
   constexpr std::string_view by = "written by ";
   const std::string writer(writtenBy.substr(std::min(by.size(), writtenBy.size())));
-  if (found > 0 && found != version)
+  if (found > 0 && (found < oldest || found > version))
     fail(fmt::format("is a {0} of version {1}, written by {3}; this packMesh reads version {2}", kind, found,
                      version, writer));
   const std::string hash = hashOf(writer, in);
-  if (hash.empty() || block != blockOf({kind, version, writer}, hash)) fail("is truncated or damaged");
+  if (hash.empty() || block != blockOf({kind, found, writer}, hash)) fail("is truncated or damaged");
+  return found;
 }
 
 }  // namespace packmesh

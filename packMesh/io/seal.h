@@ -24,8 +24,10 @@ inline constexpr std::size_t sealSize = 512;
 std::string seal(const std::filesystem::path& file, const Seal& seal);
 
 /// Reads and verifies the whole file.
-/// @throws InputError naming the file if it is not of this kind and version, or has changed since it was
-/// sealed
-void requireSealed(const std::filesystem::path& file, const std::string& kind, std::int64_t version);
+/// @return the version of the file
+/// @throws InputError naming the file if it is not of this kind and of a version from `oldest` to `version`,
+/// or has changed since it was sealed
+std::int64_t requireSealed(const std::filesystem::path& file, const std::string& kind, std::int64_t oldest,
+                           std::int64_t version);
 
 }  // namespace packmesh

@@ -47,9 +47,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
   recordInput(file);
   const Hdf5Reader in(file);
   StateCells state;
-  const std::int64_t words = in.integer("/command", "words");
-  for (std::int64_t i = 0; i < words; ++i)
-    state.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  state.record = readStateRecord(in);
   const std::int64_t cells = in.size("/cells/id")[0];
   const auto [first, end] = IdShares(cells, ranks).own();
   const std::int64_t count = end - first;
@@ -82,8 +80,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     if (species[i] < 0 || !cell.pose.position.allFinite() ||
         !(std::abs(cell.pose.orientation.norm() - 1.0) < rounding))
       in.fail("is damaged: it contains values out of range");
-    if (std::abs(scale[i] - 1.0) > rounding)
-      in.fail("has cells that still grow: continue that run first (--restart)");
+    if (std::abs(scale[i] - 1.0) > rounding) in.fail("has cells that still grow: continue that run first");
     cell.species = kinds[species[i]];
     if (membranes) cell.vertices = membranes->of(i);
     ++state.species[cell.species].count;
@@ -99,7 +96,7 @@ StateCells readStateCells(const std::filesystem::path& file, const Communicator&
   StateCells state;
   // No rank reads a file that may be damaged.
   readTogether(file, ranks, [&] {
-    if (ranks.rank() == 0) readStateHead(file);
+    if (ranks.rank() == 0) readStateHead(file, oldestStateVersion);
   });
   readTogether(file, ranks, [&] { state = readShare(file, ranks, withMeshes); });
   for (StateCells::Kind& kind : state.species) kind.count = ranks.sum(kind.count);

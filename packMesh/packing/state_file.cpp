@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kind[] = "state";
-constexpr std::int64_t stateVersion = 2;
 
 /// Group of PackingState::engine, and name of its stage. There is one engine.
 constexpr char engineGroup[] = "/growth";
@@ -268,10 +267,53 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
   return true;
 }
 
+void writeRecord(Hdf5Writer& out, const StateRecord& record) {
+  out.attribute("/", "origin", record.origin);
+  out.group("/request");
+  out.attribute("/request", "inputs", static_cast<std::int64_t>(record.inputs.size()));
+  out.commonTable("/request/text", 1,
+                  std::vector<std::uint8_t>(record.request.begin(), record.request.end()));
+  for (std::size_t i = 0; i < record.inputs.size(); ++i) {
+    const StateTable& input = record.inputs[i];
+    const std::string path = "/request/" + std::to_string(i);
+    out.group(path);
+    out.attribute(path, "name", input.name);
+    out.attribute(path, "columns", static_cast<std::int64_t>(input.columns));
+    out.commonTable(path + "/values", input.columns, input.values);
+  }
+}
+
+StateRecord readRecord(const Hdf5Reader& in) {
+  StateRecord record;
+  record.origin = in.text("/", "origin");
+  const auto text = in.table<std::uint8_t>("/request/text", 1);
+  record.request.assign(text.begin(), text.end());
+  const std::int64_t inputs = in.integer("/request", "inputs");
+  for (std::int64_t i = 0; i < inputs; ++i) {
+    const std::string path = "/request/" + std::to_string(i);
+    StateTable& input = record.inputs.emplace_back();
+    input.name = in.text(path, "name");
+    input.columns = static_cast<int>(in.integer(path, "columns"));
+    if (input.columns < 1) in.fail("is damaged: a table without columns");
+    input.values = in.table<double>(path + "/values", input.columns);
+  }
+  return record;
+}
+
+/// Of version 2, whose command consists of words: cells of a simulation have two, the second of which says
+/// so.
+StateRecord recordOfWords(const Hdf5Reader& in) {
+  StateRecord record;
+  if (in.integer("/command", "words") != 2) return record;
+  const std::string last = in.text("/command", "1");
+  if (last.rfind("iteration ", 0) == 0) record.origin = last;
+  return record;
+}
+
 /// The group with the files that were written with a state.
 constexpr char filesGroup[] = "/files";
 
-void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
+void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord& record,
               const PackingState& state, const FilesOfState& together) {
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
@@ -279,10 +321,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   out.attribute("/", "seed", static_cast<std::int64_t>(problem.physics.seed));
   out.attribute("/", "stage", std::string(stageOf(state, isFinished(state, problem.execution.communicator))));
   out.attribute("/", "iteration", state.relaxation.sweeps);
-  out.group("/command");
-  out.attribute("/command", "words", static_cast<std::int64_t>(command.size()));
-  for (std::size_t i = 0; i < command.size(); ++i)
-    out.attribute("/command", std::to_string(i).c_str(), command[i]);
+  writeRecord(out, record);
   if (!together.empty()) out.group(filesGroup);
   std::int64_t files = 0;
   for (const auto& [name, hash] : together)
@@ -328,11 +367,11 @@ bool isFinished(const PackingState& state, const Communicator& ranks) {
 }
 
 std::unique_ptr<AtomicFiles> preparedState(const fs::path& file, const PackingProblem& problem,
-                                           const std::vector<std::string>& command, const PackingState& state,
+                                           const StateRecord& record, const PackingState& state,
                                            const FilesOfState& together) {
   const Communicator& ranks = problem.execution.communicator;
   std::unique_ptr<AtomicFiles> files = writtenHdf5(
-      file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state, together); });
+      file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, record, state, together); });
   writeTogether(ranks, [&] {
     if (ranks.rank() != 0) return;
     const std::string error = seal(files->temporary(), {kind, stateVersion, writer()});
@@ -342,22 +381,20 @@ std::unique_ptr<AtomicFiles> preparedState(const fs::path& file, const PackingPr
   return files;
 }
 
-void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
+void writeState(const fs::path& file, const PackingProblem& problem, const StateRecord& record,
                 const PackingState& state) {
-  const std::unique_ptr<AtomicFiles> files = preparedState(file, problem, command, state);
+  const std::unique_ptr<AtomicFiles> files = preparedState(file, problem, record, state);
   writeTogether(problem.execution.communicator, [&] { files->commit(); });
 }
 
-StateHead readStateHead(const fs::path& file) {
-  requireSealed(file, kind, stateVersion);
+StateHead readStateHead(const fs::path& file, std::int64_t oldest) {
+  requireSealed(file, kind, oldest, stateVersion);
   const Hdf5Reader in(file);
   StateHead head;
   head.stage = in.text("/", "stage");
   head.digest = in.text("/", "problem");
   head.cells = in.size("/cells/id")[0];
-  const std::int64_t words = in.integer("/command", "words");
-  for (std::int64_t i = 0; i < words; ++i)
-    head.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  head.record = readStateRecord(in);
   const std::int64_t files = in.has(filesGroup) ? in.integer(filesGroup, "number") : 0;
   for (std::int64_t i = 0; i < files; ++i) {
     const std::string line = in.text(filesGroup, std::to_string(i).c_str());
@@ -365,6 +402,10 @@ StateHead readStateHead(const fs::path& file) {
     head.files[line.substr(std::min(space + 1, line.size()))] = line.substr(0, space);
   }
   return head;
+}
+
+StateRecord readStateRecord(const Hdf5Reader& in) {
+  return in.has("/request") ? readRecord(in) : recordOfWords(in);
 }
 
 namespace {
@@ -437,7 +478,7 @@ PackingState readState(const fs::path& file, const PackingProblem& problem) {
   PackingState state;
   // No rank reads a file that may be damaged.
   readTogether(file, ranks, [&] {
-    if (ranks.rank() == 0) requireSealed(file, kind, stateVersion);
+    if (ranks.rank() == 0) requireSealed(file, kind, stateVersion, stateVersion);
   });
   readTogether(file, ranks, [&] { state = readShare(Hdf5Reader(file), problem); });
   return state;

@@ -15,18 +15,37 @@
 
 namespace packmesh {
 
+class Hdf5Reader;
+
 /// Names of files that were written together with a state, into the same folder, and hashes of their contents
 /// (fileHash()).
 using FilesOfState = std::map<std::string, std::string>;
 
+/// Numbers that a state keeps for its caller.
+struct StateTable {
+  std::string name;
+  int columns = 1;
+  std::vector<double> values;  ///< row by row
+};
+
+/// Where the cells of a state are from; the contents are up to the caller.
+struct StateRecord {
+  std::string request;             ///< of a packing: what was asked for
+  std::vector<StateTable> inputs;  ///< of it: what was given as numbers
+  std::string origin;              ///< of cells that were not packed
+};
+
 /// Metadata of a state file.
 struct StateHead {
-  std::string digest;                ///< of the problem, see digestOf()
-  std::vector<std::string> command;  ///< command line that started the run; its content is up to the caller
-  std::string stage;                 ///< of the run, human-readable
+  std::string digest;  ///< of the problem, see digestOf()
+  StateRecord record;
+  std::string stage;  ///< of the run, human-readable
   std::int64_t cells = 0;
   FilesOfState files;
 };
+
+/// The version that is written, and the oldest of which cells can be read.
+constexpr std::int64_t stateVersion = 3, oldestStateVersion = 2;
 
 /// Whether the cells of a state are those of a result: certified, and measured. All ranks call.
 bool isFinished(const PackingState& state, const Communicator& ranks);
@@ -34,18 +53,22 @@ bool isFinished(const PackingState& state, const Communicator& ranks);
 /// Writes `file` completely or not at all: under a temporary name in the same folder, flushed, then renamed.
 /// The same state gives the same bytes on any number of ranks. All ranks call.
 /// @throws OutputError on all ranks if that fails; an existing file of that name is then unchanged
-void writeState(const std::filesystem::path& file, const PackingProblem& problem,
-                const std::vector<std::string>& command, const PackingState& state);
+void writeState(const std::filesystem::path& file, const PackingProblem& problem, const StateRecord& record,
+                const PackingState& state);
 
 /// The same file, complete under its temporary name, to be committed together with others. All ranks call.
 /// @return of the first rank; of the others, something that has no files
 /// @throws OutputError on all ranks
 std::unique_ptr<AtomicFiles> preparedState(const std::filesystem::path& file, const PackingProblem& problem,
-                                           const std::vector<std::string>& command, const PackingState& state,
+                                           const StateRecord& record, const PackingState& state,
                                            const FilesOfState& together = {});
 
-/// Any rank may call it on its own. @throws InputError if the file is not a state file of this version
-StateHead readStateHead(const std::filesystem::path& file);
+/// Any rank may call it on its own. Of version 2 no request is read: it was a command line.
+/// @throws InputError if the file is not a state file of this version, or of one from `oldest` on
+StateHead readStateHead(const std::filesystem::path& file, std::int64_t oldest = stateVersion);
+
+/// Of a file that is known to be a state. Empty in one of version 2 with the cells of a packing.
+StateRecord readStateRecord(const Hdf5Reader& in);
 
 /// The state with this rank's share of the cells. All ranks call.
 /// @throws InputError on all ranks if the file is not a state file, is of another version, damaged, or not of

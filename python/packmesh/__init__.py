@@ -20,7 +20,7 @@ if _typing.TYPE_CHECKING:
     from .case import Case, Forecast, forecast, pack, realisations
     from .cells import Cells
     from .deformed_packing import DeformedCheck, DeformedPacking
-    from .errors import Error, InfeasibleError, InputError, InternalError, OutputError, RankError, RepairWarning, UnknownCellsError
+    from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, RankError, RepairWarning, UnknownCellsError
     from .hemocell_run import Run, Step, hemocell_output
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
@@ -30,7 +30,7 @@ if _typing.TYPE_CHECKING:
 
 __all__ = ["Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
            "DeformedPacking", "Error", "Forecast", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
+           "InternalError", "Mesh", "Misplaced", "MissingFileError", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
            "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
            "realisations", "write_pos"]
 

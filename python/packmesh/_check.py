@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 import os
 import tempfile
-from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union, overload
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Union, overload
 
 from . import _packmesh
-from ._settings import Body, Box, Cylinder, MeshSource, Number, Path, Species, Sphere, Vector, encoded, file_name, words
+from ._settings import Asked, Body, Box, Cylinder, MeshSource, Number, Path, Species, Sphere, Vector, existing, file_name
 from .deformed_packing import DeformedCheck, DeformedPacking
 from .errors import InputError
 from .export import exported, names_of, write
@@ -78,29 +78,31 @@ def check(
     if not stated and what.endswith(".h5"):
         loaded = load(what)
         return loaded.check() if isinstance(loaded, DeformedPacking) else Check._of(loaded._held.check(as_state=True))
-    with words() as asked:
-        asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
-        asked.obstacles(obstacles)
-        asked.species(species or {}, counts=False)
-        for name, value in (("walls", walls), ("ends", ends), ("dx", dx), ("clearance", clearance),
-                            ("wall-clearance", wall_clearance)):
-            if value is not None:
-                asked.option(name, value)
-        asked.flag("box", box is not None)
-        if case is not None:
-            asked.words.insert(0, file_name("case", case))
-        asked.option("start" if what.endswith(".h5") else "output-dir", what)
-        folder = None if vtp is None else file_name("vtp", vtp, "a folder")
-        return checked(encoded(["check", *asked.all()]), folder, None if report is None else file_name("report", report))
+    asked = Asked()
+    asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
+    asked.obstacles(obstacles)
+    asked.species(species or {})
+    for name in ("walls", "ends", "dx", "clearance", "wall_clearance"):
+        asked.set(name, given[name])
+    if case is not None:
+        asked.request["config"] = existing(file_name("case", case))
+    if not {"config", "box", "container"} & set(asked.request):
+        raise InputError("nothing to check: give a lumen (case, box, cylinder, sphere or vessel)")
+    if what.endswith(".h5"):
+        asked.request["start"] = [what]
+    else:
+        asked.request["outputDirectory"] = what
+    folder = None if vtp is None else file_name("vtp", vtp, "a folder")
+    return checked(asked.request, folder, None if report is None else file_name("report", report))
 
 
-def checked(command: List[bytes], folder: Optional[str], report: Optional[str]) -> Check:
-    """Of the program's words. folder: for VTK files; report: a file."""
+def checked(request: Dict[str, Any], folder: Optional[str], report: Optional[str]) -> Check:
+    """folder: for VTK files; report: a file."""
     if report is not None and not report.endswith((".json", ".html")):
         raise InputError(f"check: report: expected a file that ends in .json or .html, found '{report}'")
     with tempfile.TemporaryDirectory() as work:
         tables = os.path.join(work, "packing.h5") if folder is not None or report is not None else None
-        found = _packmesh.check(command, tables, report is not None)
+        found = _packmesh.check(request, tables, report is not None)
         if found["written"]:
             exports = exported(PackingFile(str(tables)), ["vtk"]) if folder is not None else []
             reports = report_files(report) if report is not None else []

@@ -1,24 +1,19 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Arguments of Python as words of packMesh's command line, and as a <packing> section where there is no option."""
+"""Arguments of Python as a request: a dict with the names of tags of <packing>, and arrays where they have files."""
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import os
 import pathlib
-import shutil
-import tempfile
-import weakref
-from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
-from xml.sax.saxutils import escape, quoteattr
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _packmesh, files
+from . import _packmesh
 from ._values import ByValue
 from .cells import CellPacking, Cells
-from .errors import InputError, OutputError, warn_of_repair
-from .packing_file import RUN_COMMAND, matrices_of
+from .errors import InputError, MissingFileError, warn_of_repair
+from .packing_file import matrices_of
 
 Path = Union[str, "os.PathLike[str]"]
 #: Numbers of Python and of NumPy.
@@ -29,8 +24,12 @@ Vector = Union[Sequence[Number], np.ndarray]
 #: Vertices of shape (V, 3) [µm times 1/scale] and triangles of shape (T, 3), or a file (STL, OFF, PLY, OBJ).
 MeshSource = Union[Path, Tuple[Any, Any]]
 
-#: Cells for which the program has an option with their number.
-_COUNT_OPTIONS = _packmesh.count_options()
+#: Arguments whose names are not those of tags; "max_time" is <maxTime>.
+_KEYS = {"rbc_volume": "redCellVolume", "platelets": "plt_ratio", "state": "stateFile", "output_dir": "outputDirectory"}
+#: Members of Species, and the attributes of <species> that they are.
+_ATTRIBUTES = {"mesh": "file", "mesh_scale": "scale", "mesh_frame": "frame"}
+#: Cells of which the program has an option for their number.
+_COUNTED = ("RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -113,21 +112,26 @@ class Region(ByValue):
     body: Body
 
 
-def text(value: Any) -> str:
-    """The shortest text that reads back to the same number; vectors with blanks."""
+def camel(name: str) -> str:
+    """"maxTime" of "max_time"."""
+    first, *others = name.split("_")
+    return first + "".join(word.capitalize() for word in others)
+
+
+def value_of(name: str, value: Any) -> Any:
+    """Plain numbers, texts and lists of them."""
     if isinstance(value, (bool, np.bool_)):
-        return "true" if value else "false"
+        return bool(value)
     if isinstance(value, (int, np.integer)):
-        return str(int(value))
+        return int(value)
     if isinstance(value, (float, np.floating)):
-        number = float(value)
-        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+        return float(value)
     if isinstance(value, (str, os.PathLike)):
-        return os.fsdecode(value)
+        return plain(name, os.fsdecode(value))
     try:
-        return " ".join(text(one) for one in value)
+        return [value_of(name, one) for one in value]
     except TypeError:
-        raise InputError(f"expected a number or a text, found {value!r}") from None
+        raise InputError(f"{name}: expected a number or a text, found {value!r}") from None
 
 
 def plain(name: str, value: str) -> str:
@@ -145,13 +149,14 @@ def file_name(name: str, value: Any, what: str = "a file") -> str:
     """The path of an argument."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputError(f"{name}: expected {what}, found {value!r}")
-    path = plain(name, os.fsdecode(value))
-    return os.path.join(".", path) if path.startswith("-") else path  # no option to the program
+    return plain(name, os.fsdecode(value))
 
 
-def encoded(words: Sequence[str]) -> list[bytes]:
-    """Words for C++."""
-    return [word.encode("utf-8", "surrogateescape") for word in words]
+def existing(path: str, where: str = "") -> str:
+    """A file that is read. Raises MissingFileError"""
+    if not os.path.exists(path):
+        raise MissingFileError(f"{where}{': ' if where else ''}{path}: no such file")
+    return path
 
 
 def several(name: str, values: Any, count: int, what: str) -> list[Any]:
@@ -191,110 +196,58 @@ def pos_rows(cells: Mapping[str, Any]) -> list[Tuple[str, np.ndarray]]:
             rows = np.asarray(lines, float)
         except (TypeError, ValueError):
             raise InputError(f"the cells '{name}': expected an array of shape (n, 6)") from None
-        found.append((name, np.empty((0, 6)) if rows.shape == (0,) else rows))
+        rows = np.empty((0, 6)) if rows.shape == (0,) else rows
+        if rows.ndim != 2 or rows.shape[1] != 6:
+            raise InputError(f"the cells '{name}': expected an array of shape (n, 6)")
+        found.append((name, rows))
     return found
 
 
-def keep_inputs(words: Sequence[str], folder: pathlib.Path, state: Path) -> list[str]:
-    """Copies what was given as arrays from `folder` to a folder beside a state file, whose command names it there.
-
-    Ranks write the same files; each replaces them whole.
-    """
-    found = [file for file in folder.rglob("*") if file.is_file()]
-    if not found:
-        return list(words)
-    kept = inputs_of(state)
-    with files.Outputs() as outputs:
-        for file in found:
-            outputs.write(str(kept / file.relative_to(folder)), [file.read_bytes()])
-        outputs.commit()
-    in_text = {'"': "&quot;", "'": "&apos;"}
-    return [word.replace(str(folder), escape(str(kept), in_text) if word.startswith("<") else str(kept)) for word in words]
-
-
-def inputs_of(state: Path) -> pathlib.Path:
-    """The folder for what was given as arrays: cells_inputs beside cells.h5 and its checkpoint."""
-    file = pathlib.Path(os.path.abspath(os.fsdecode(state)))
-    return file.with_name(file.stem.removesuffix(".checkpoint") + "_inputs")
+def numbers_of_mesh(argument: str, of: str, source: Tuple[Any, Any]) -> Any:
+    """Arrays in place of a mesh file."""
+    place = f'{argument}["{of}"]' if of and not of.isdigit() else f"{argument}[{of}]" if of else argument
+    pair = several(place, source, 2, "a file or (vertices, triangles)")
+    try:
+        vertices, triangles = (np.asarray(array, float) for array in pair)
+    except (TypeError, ValueError):
+        raise InputError(f"{place}: expected arrays of numbers (vertices, triangles)") from None
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise InputError(f"{place}: expected vertices of shape (V, 3) and triangles of shape (T, 3), "
+                         f"found {vertices.shape} and {triangles.shape}")
+    if not (np.isfinite(triangles).all() and (triangles == np.floor(triangles)).all()):
+        raise InputError(f"{place}: triangles are numbers of vertices; expected whole numbers")
+    merged = len(vertices) - len(np.unique(vertices, axis=0))
+    if merged:
+        warn_of_repair(f"{place}: merged {merged} duplicate vert{'ex' if merged == 1 else 'ices'}")
+    return _packmesh.Numbers(argument, of, [("vertices", vertices), ("triangles", triangles)])
 
 
-def _has_state(state: Path) -> bool:
-    """Whether there is a state of this name, or a checkpoint beside it."""
-    file = pathlib.Path(os.fsdecode(state))
-    return file.exists() or file.with_name(f"{file.stem}.checkpoint{file.suffix}").exists()
+class Asked:
+    """What a call asks for, step by step."""
 
+    def __init__(self) -> None:
+        self.request: Dict[str, Any] = {}
 
-class Folder:
-    """A temporary folder that is removed when this object is."""
+    def set(self, name: str, value: Any) -> None:
+        """An argument; None: not stated."""
+        if value is not None:
+            self.request[_KEYS.get(name, camel(name))] = value_of(name, value)
 
-    def __init__(self, path: pathlib.Path) -> None:
-        self.path = path
-        weakref.finalize(self, shutil.rmtree, path, True)
+    def flag(self, key: str, stated: Any, value: Any = True) -> None:
+        if stated:
+            self.request[key] = value
 
+    def _container(self) -> Dict[str, Any]:
+        return self.request.setdefault("container", {})
 
-class Command(List[str]):
-    """Words; the files in `folder` that they name exist for as long as they do."""
-
-    def __init__(self, words: Sequence[str], folder: Optional[Folder]) -> None:
-        super().__init__(words)
-        self._folder = folder
-
-    def __reduce__(self) -> Tuple[Any, ...]:
-        return list, (list(self),)
-
-
-class Words:
-    """What a call of the program would be given."""
-
-    def __init__(self, folder: pathlib.Path) -> None:
-        self.words: list[str] = []
-        self._species: list[str] = []
-        self._container: list[str] = []
-        self._regions: list[str] = []
-        self._folder = folder
-        self._files = 0
-        self._lent = False
-
-    def all(self) -> list[str]:
-        """With the section, if there are settings that have no option."""
-        container = ["<container>", *self._container, "</container>"] if self._container else []
-        tags = [*self._species, *container, *self._regions]
-        return [*self.words, "\n".join(["<packing>", *tags, "</packing>"])] if tags else self.words
-
-    def option(self, name: str, *values: Any) -> None:
-        self.words += ["--" + name, *(plain(name.replace("-", "_"), text(value)) for value in values)]
-
-    def flag(self, name: str, value: Optional[bool]) -> None:
-        if value:
-            self.words.append("--" + name)
-
-    def mesh_file(self, argument: str, source: MeshSource) -> str:
-        """The file of a mesh; arrays are written to one."""
+    def _mesh(self, argument: str, of: str, source: MeshSource) -> Any:
         if isinstance(source, (str, os.PathLike)):
-            return file_name(argument, source)
-        pair = several("a mesh", source, 2, "a file or (vertices, triangles)")
-        try:
-            vertices, triangles = (np.asarray(array, float) for array in pair)
-        except (TypeError, ValueError):
-            raise InputError("a mesh: expected arrays of numbers (vertices, triangles)") from None
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
-            raise InputError("a mesh: expected vertices of shape (V, 3) and triangles of shape (T, 3), "
-                             f"found {vertices.shape} and {triangles.shape}")
-        if not (np.isfinite(triangles).all() and (triangles == np.floor(triangles)).all()):
-            raise InputError("a mesh: triangles are numbers of vertices; expected whole numbers")
-        merged = len(vertices) - len(np.unique(vertices, axis=0))
-        if merged:
-            warn_of_repair(f"a mesh: merged {merged} duplicate vert{'ex' if merged == 1 else 'ices'}")
-        self._files += 1
-        file = self._folder / f"mesh_{self._files}.off"
-        with open(file, "w", encoding="ascii") as out:
-            out.write(f"OFF\n{len(vertices)} {len(triangles)} 0\n")
-            out.writelines(" ".join(repr(float(x)) for x in vertex) + "\n" for vertex in vertices)
-            out.writelines("3 " + " ".join(str(int(i)) for i in triangle) + "\n" for triangle in triangles)
-        return str(file)
+            where = f'species["{of}"].mesh' if argument == "species" else f"{argument}[{of}]" if of else argument
+            return existing(file_name(where, source), where)
+        return numbers_of_mesh(argument, of, source)
 
-    def body(self, body: Body) -> str:
-        values: dict[str, Any]
+    def _body(self, argument: str, of: str, body: Body) -> Dict[str, Any]:
+        values: Dict[str, Any]
         if isinstance(body, Box):
             values = {"size": body.size, "origin": body.origin}
         elif isinstance(body, Cylinder):
@@ -302,76 +255,89 @@ class Words:
         elif isinstance(body, Sphere):
             values = {"radius": body.radius, "center": body.center}
         elif isinstance(body, Mesh):
-            values = {"file": self.mesh_file("Mesh: source", body.source), "scale": body.scale, "offset": body.offset,
-                      "openAxis": body.open_axis}
+            values = {"scale": body.scale, "offset": body.offset, "openAxis": body.open_axis}
         else:
-            raise InputError(f"expected a Box, Cylinder, Sphere or Mesh, found {body!r}")
-        return _tag(type(body).__name__.lower(), values)
+            raise InputError(f"{argument}[{of}]: expected a Box, Cylinder, Sphere or Mesh, found {body!r}")
+        stated = {name: value_of(f"{argument}[{of}].{name}", value) for name, value in values.items() if value is not None}
+        if isinstance(body, Mesh):
+            stated["file"] = self._mesh(argument, of, body.source)
+        return {"kind": type(body).__name__.lower(), **stated}
 
     def lumen(self, box: Any, cylinder: Any, sphere: Any, vessel: Any, scale: Number, open_axis: Optional[str]) -> None:
+        stated = [name for name, value in (("cylinder", cylinder), ("sphere", sphere), ("vessel", vessel)) if value is not None]
+        if len(stated) > 1:
+            raise InputError(f"{stated[0]} excludes {stated[1]}: there is only one lumen")
         if box is not None:
             if isinstance(box, Box):
                 if any(several("box: origin", box.origin, 3, "three numbers")):
                     raise InputError("box: a lumen has its low corner at the origin, and no other one")
                 box = box.size
-            self.words = [text(size) for size in several("box", box, 3, "three sizes [µm]")] + self.words
+            self.set("box", several("box", box, 3, "three sizes [µm]"))
+        body: Dict[str, Any] = {}
         if cylinder is not None:
             if isinstance(cylinder, Cylinder):
                 if cylinder.center is not None:
                     raise InputError("cylinder: a lumen has its low corner at the origin, and no center")
                 cylinder = (cylinder.axis, cylinder.radius, cylinder.length)
-            self.option("cylinder", *several("cylinder", cylinder, 3, "a Cylinder or (axis, radius, length)"))
+            axis, radius, length = several("cylinder", cylinder, 3, "a Cylinder or (axis, radius, length)")
+            body = {"kind": "cylinder", "axis": axis, "radius": radius, "length": length}
         if sphere is not None:
             if isinstance(sphere, Sphere):
                 if sphere.center is not None:
                     raise InputError("sphere: a lumen has its low corner at the origin, and no center")
                 sphere = sphere.radius
-            self.option("sphere", sphere)
+            body = {"kind": "sphere", "radius": sphere}
         if vessel is not None:
-            self.option("vessel", self.mesh_file("vessel", vessel), scale)
+            body = {"kind": "mesh", "scale": scale}
         if open_axis is not None:
-            self.option("open-axis", open_axis)
+            body["openAxis"] = open_axis
+        if body:
+            lumen = {name: value_of(stated[0] if stated else "open_axis", value) for name, value in body.items()}
+            if vessel is not None:
+                lumen["file"] = self._mesh("vessel", "", vessel)
+            self._container()["lumen"] = lumen
 
     def obstacles(self, bodies: Union[Body, Sequence[Body]]) -> None:
         bodies = listed("obstacles", bodies, (Box, Cylinder, Sphere, Mesh))
         if bodies:
-            self._container = ["<obstacles>", *(self.body(body) for body in bodies), "</obstacles>"]
+            self._container()["obstacles"] = [self._body("obstacles", str(i), body) for i, body in enumerate(bodies)]
 
     def regions(self, regions: Union[Region, Sequence[Region]]) -> None:
         regions = listed("regions", regions, Region)
         for region in regions:
             if not isinstance(region, Region):
                 raise InputError(f"regions: expected a Region, found {region!r}")
-        self._regions = [f"<region hematocrit={quoteattr(text(region.hematocrit))}>{self.body(region.body)}</region>"
-                         for region in regions]
+        if regions:
+            self.request["regions"] = [{"hematocrit": value_of(f"regions[{i}].hematocrit", region.hematocrit),
+                                        "body": self._body("regions", str(i), region.body)} for i, region in enumerate(regions)]
 
-    def species(self, species: Mapping[str, Union[Integer, Species]], hematocrit: bool = False, case: bool = False,
-                counts: bool = True) -> None:
-        """hematocrit: whether it is given; then only the number of red cells is an option, which it excludes
-        case: whether a section of config.xml has to be overridden, which options do
-        counts: whether numbers can be options; not for check"""
+    def species(self, species: Mapping[str, Union[Integer, Species]], hematocrit: bool = False) -> None:
+        """hematocrit: whether it is given, which excludes the number of all red cells"""
         species = mapping("species", species, '{"RBC": 100}')
         for name in species:
             if not isinstance(name, str):
                 raise InputError(f"species: expected the name of a cell, found {name!r}")
         counted = {name: cells if isinstance(cells, Species) else Species(count=cells) for name, cells in species.items()}
-        red = [cells for name, cells in counted.items() if _is_red(name, cells)]
-        contradictory = hematocrit and all(cells.count is not None for cells in red)
-        for name, cells in counted.items():
-            plain = not isinstance(species[name], Species)
-            as_option = contradictory and name == "RBC" if hematocrit else plain or case
-            if counts and as_option and name in _COUNT_OPTIONS and cells.count is not None:
-                self.option(_COUNT_OPTIONS[name], cells.count)
-                if plain:
-                    continue
-                cells = dataclasses.replace(cells, count=None)
-            mesh = None if cells.mesh is None else self.mesh_file("Species: mesh", cells.mesh)
-            self._species.append(_tag("species", {
-                "name": name, "count": cells.count, "ratio": cells.ratio, "file": mesh, "scale": cells.mesh_scale,
-                "frame": cells.mesh_frame, "ellipsoid": cells.ellipsoid, "redCell": cells.red_cell,
-                "wallClearance": cells.wall_clearance, "axis": cells.axis, "spread": cells.spread,
-                "stock": cells.stock, "construction": cells.construction,
-                "minimumDistanceFromSolid": cells.minimum_distance_from_solid}))
+        red = [cells for name, cells in counted.items() if ("RBC" in name if cells.red_cell is None else cells.red_cell)]
+        if hematocrit and counted.get("RBC", Species()).count is not None and all(cells.count is not None for cells in red):
+            raise InputError('hematocrit excludes species={"RBC": ...}: the hematocrit determines the number')
+
+        def is_plain(name: str) -> bool:
+            return not hematocrit and name in _COUNTED and not isinstance(species[name], Species)
+
+        # Plain numbers come last: the order of the cells, and so the packing, is that of earlier versions.
+        all_of = [self._attributes(name, counted[name]) for name in sorted(counted, key=is_plain)]
+        if all_of:
+            self.request["species"] = all_of
+
+    def _attributes(self, name: str, cells: Species) -> Dict[str, Any]:
+        values = {field.name: getattr(cells, field.name) for field in dataclasses.fields(cells)}
+        mesh = values.pop("mesh")
+        stated = {_ATTRIBUTES.get(key, camel(key)): value_of(f'species["{name}"].{key}', value)
+                  for key, value in values.items() if value is not None}
+        if mesh is not None:
+            stated["file"] = self._mesh("species", name, mesh)
+        return {"name": plain("species", name), **stated}
 
     def spacings(self, values: Any) -> None:
         """Other lattice spacings."""
@@ -379,8 +345,7 @@ class Words:
             found = [float(value) for value in listed("also_dx", values, ())]
         except (TypeError, ValueError):
             raise InputError(f"also_dx: expected a list of lattice spacings [µm], found {values!r}") from None
-        if found:
-            self.option("also-dx", " ".join(map(str, found)))
+        self.flag("alsoDx", found, found)
 
     def profile(self, source: Any) -> None:
         """A table of concentrations over the distance from the wall: a file, columns, or "developed"."""
@@ -388,140 +353,81 @@ class Words:
             return
         if isinstance(source, Mapping):
             try:
-                columns = {name: np.asarray(values, dtype=float) for name, values in source.items()}
+                columns = {str(name): np.asarray(values, dtype=float) for name, values in source.items()}
             except (TypeError, ValueError):
                 raise InputError("profile: expected columns of numbers, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}") from None
             if len({values.shape for values in columns.values()}) != 1 or next(iter(columns.values())).ndim != 1:
                 raise InputError("profile: expected columns of equal length, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}")
-            file = self._folder / "profile.txt"
-            file.write_text("".join(" ".join(map(str, row)) + "\n" for row in [columns, *zip(*columns.values())]))
-            source = file
+            self.request["profile"] = _packmesh.Numbers("profile", "", list(columns.items()))
+            return
         if not isinstance(source, (str, os.PathLike)):
             raise InputError("profile: expected a file, \"developed\" or columns such as {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}, "
                              f"found {source!r}")
-        self.option("profile", source)
+        self.set("profile", source)
+        if source != "developed":
+            existing(self.request["profile"])
 
     def cells(self, option: str, source: Any) -> None:
         """Existing cells: files, arrays of lines of .pos files by name, a packing, or a step of a run, of a run the last one."""
-        source = _step_of(source)
+        source = _packing_of(source)
         if source is None:
             return
         if isinstance(source, (str, os.PathLike)):
             source = [source]
-        if callable(getattr(source, "packing", None)):  # a step of a run
-            source = source.packing()
         if isinstance(source, CellPacking) and source.deformed:
-            source = [self._state_of(option, source)]
+            source = [source._numbers(option)]
         elif isinstance(source, CellPacking):
             source = {name: source[name] for name in source.species_names}
         elif isinstance(source, Cells):
-            source = [self._state_of_cells(option, source)] if source.deformed else {source.name: source}
+            source = [_numbers_of_cells(option, source)] if source.deformed else {source.name: source}
         if isinstance(source, Mapping):
             source = {name: lines._of_all_ranks(lines.pos_lines) if isinstance(lines, Cells) else lines for name, lines in source.items()}
-            folder = self._folder / option
-            _packmesh.write_pos(folder, pos_rows(source))
-            source = [folder / (name.strip() + ".pos") for name in source]
+            rows = [(name.strip(), lines) for name, lines in pos_rows(source)]
+            source = [_packmesh.Numbers(option, "", rows)] if rows else []
         what = 'files, {"RBC": array of shape (n, 6)}, a Packing or its cells of a species, a run or a step of one'
         if not hasattr(source, "__iter__"):
             raise InputError(f"{option}: expected {what}, found {source!r}")
-        for file in source:
-            if not isinstance(file, (str, os.PathLike)):
-                raise InputError(f"{option}: expected {what}, found a list with {file!r}")
-            self.option(option, file)
-
-    def _state_of_cells(self, option: str, cells: Cells) -> str:
-        """A state of the cells of one species, which have meshes of their own."""
-        positions, rotations, vertices = (cells._of_all_ranks(one) for one in (cells.positions, cells.rotations, cells.vertices))
-        bodies = np.einsum("nvi,nij->nvj", vertices - positions[:, None], matrices_of(rotations))
-        file = str(self._folder / (option + ".h5"))
-        _packmesh.save_cells(file, [RUN_COMMAND, "iteration unknown"], [(cells.name, *cells.template, positions, rotations, bodies)], None, None)
-        return file
-
-    def _state_of(self, option: str, packing: Any) -> str:
-        """The state of cells that have meshes of their own."""
-        file = self._folder / (option + ".h5")
-        comm = getattr(packing, "_comm", None)  # of the ranks that share it
-        if comm is None:
-            return packing._state_for(file)
-        written = packing._state_for(comm.bcast(str(file)))
-        if os.path.basename(written) == file.name and written != str(file):  # in the folder of the first rank
-            shutil.copy(written, file)
-            return str(file)
-        return written
+        found: List[Any] = []
+        for one in source:
+            if not isinstance(one, (str, os.PathLike, _packmesh.Numbers)):
+                raise InputError(f"{option}: expected {what}, found a list with {one!r}")
+            found.append(one if isinstance(one, _packmesh.Numbers) else existing(file_name(option, one)))
+        self.flag(option, found, found)
 
     def blood(self, source: Any) -> None:
         """A state, a run, its output folder, a step of it, or a packing. Of a folder, the case is in the folder around it."""
-        source = _step_of(source)
-        if source is None:
-            return
         if isinstance(source, (str, os.PathLike)) and os.path.isdir(source):
             from .hemocell_run import hemocell_output
 
             config = pathlib.Path(source).absolute().parent / "config.xml"
             source = hemocell_output(source, config=config if config.exists() else None)[-1]
-        if callable(getattr(source, "packing", None)):
-            source = source.packing()
+        source = _packing_of(source)
+        if source is None:
+            return
         if hasattr(source, "_tell_lumen"):
             source._tell_lumen()  # whose period is that of the blood
-        if hasattr(source, "_state_for"):
-            source = self._state_of("blood", source)
+        if hasattr(source, "_numbers"):
+            self.request["blood"] = source._numbers("blood")
+            return
         if not isinstance(source, (str, os.PathLike)):
             raise InputError("blood: expected a state file, the output folder of a run, a run or a step of one, or a packing with deformed cells, "
                              f"found {source!r}")
-        self.option("blood", source)
-
-    def has_files(self) -> bool:
-        """Whether meshes or cells were given as arrays."""
-        return any(self._folder.iterdir())
-
-    @contextlib.contextmanager
-    def kept_beside(self, state: Path) -> Iterator[list[str]]:
-        """All words, with what was given as arrays beside a state file; not if no state is written."""
-        existed = inputs_of(state).exists()
-        try:
-            yield keep_inputs(self.all(), self._folder, state)
-        except BaseException:
-            if self.has_files() and not existed and not _has_state(state):
-                shutil.rmtree(inputs_of(state), ignore_errors=True)
-            raise
-
-    def lend_folder(self) -> Optional[Folder]:
-        """The folder of what was given as arrays, if there is any."""
-        if not self.has_files():
-            return None
-        self._lent = True
-        return Folder(self._folder)
-
-    def remove_folder(self) -> None:
-        if not self._lent:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self.request["blood"] = existing(file_name("blood", source))
 
 
-def _step_of(source: Any) -> Any:
-    """Of a run the last step."""
+def _packing_of(source: Any) -> Any:
+    """The cells of a step, of a run those of the last one."""
     from .hemocell_run import Run
 
-    return source[-1] if isinstance(source, Run) else source
+    source = source[-1] if isinstance(source, Run) else source
+    return source.packing() if callable(getattr(source, "packing", None)) else source
 
 
-def _is_red(name: str, cells: Species) -> bool:
-    return "RBC" in name if cells.red_cell is None else cells.red_cell
-
-
-def _tag(name: str, values: Mapping[str, Any]) -> str:
-    """An empty element with those attributes that have a value."""
-    return f"<{name} " + " ".join(f"{key}={quoteattr(plain(f'{name}: {key}', text(value)))}" for key, value in values.items()
-                                  if value is not None) + "/>"
-
-
-@contextlib.contextmanager
-def words() -> Iterator[Words]:
-    """With a folder for what is given as arrays, which is removed at the end, unless it is lent."""
-    asked = Words(pathlib.Path(tempfile.mkdtemp(prefix="packmesh-")))
-    try:
-        yield asked
-    finally:
-        asked.remove_folder()
+def _numbers_of_cells(option: str, cells: Cells) -> Any:
+    """The cells of one species, which have meshes of their own, in place of a state."""
+    positions, rotations, vertices = (cells._of_all_ranks(one) for one in (cells.positions, cells.rotations, cells.vertices))
+    bodies = np.einsum("nvi,nij->nvj", vertices - positions[:, None], matrices_of(rotations))
+    return _packmesh.numbers_of_cells(option, [(cells.name, *cells.template, positions, rotations, bodies)], None, None)
 
 
 def address(comm: Any) -> int:

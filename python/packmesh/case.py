@@ -13,8 +13,8 @@ import numpy as np
 
 from . import _packmesh, cells
 from ._check import check
-from ._settings import (Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, Words, address,
-                        encoded, file_name, mapping, several, words)
+from ._settings import (Asked, Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, address,
+                        existing, file_name, mapping, several, value_of)
 from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError
@@ -159,8 +159,7 @@ def pack(
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
         state, checkpoint_every, restart: a state file for the packing, "cells.h5"; the interval at which what is reached is saved in
             "cells.checkpoint.h5" (without: when interrupted, or infeasible), and such a file to continue from (without other
-            arguments: with those of the run that it is of). What is given as arrays is written too, in the folder "cells_inputs"
-            beside it
+            arguments: with those of the run that it is of). They contain what is given as arrays
         growth_frames, output_dir: with method "cat", every so many states of growth are written to the folder
             "growth_frames" there (by default in that of the case, or the working directory), as series for ParaView
         progress: True shows stage and time that is left, on a terminal, in a notebook or as lines; or a function that is called with
@@ -174,23 +173,12 @@ def pack(
     arguments = dict(locals())
     listener, communicator = arguments.pop("progress"), arguments.pop("comm")
 
-    def packed(all_words: List[str]) -> Packing:
-        with _listening(listener, communicator) as callback:
-            packing = Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
-        packing._convert_growth()
-        return packing
-
-    with words() as asked:
-        _fill(asked, **arguments)
-        saved = state if state is not None else restart
-        if saved is None:
-            if checkpoint_every is not None and asked.has_files():
-                raise InputError("checkpoint_every: what is given as arrays needs the name of a state file (state) too")
-            packing = packed(asked.all())
-            packing._inputs = asked.lend_folder()
-            return packing
-        with asked.kept_beside(saved) as all_words:
-            return packed(all_words)
+    asked = _asked(**arguments)
+    with _listening(listener, communicator) as callback:
+        packing = Packing(_packmesh.pack(asked, address(communicator), callback), communicator)
+    packing._convert_growth()
+    packing._state = "" if state is None else os.path.abspath(os.fsdecode(state))
+    return packing
 
 
 @contextlib.contextmanager
@@ -237,51 +225,44 @@ def forecast(**options: Any) -> Forecast:
     arguments = _bound(options, "forecast")
     for name in ("progress", "comm"):
         arguments.pop(name)
-    with words() as asked:
-        _fill(asked, **arguments)
-        return Forecast(**_packmesh.forecast(encoded(asked.all())))
+    return Forecast(**_packmesh.forecast(_asked(**arguments)))
 
 
-def _fill(asked: Words, **given: Any) -> None:
-    """Words for the arguments of pack()."""
+def _asked(**given: Any) -> Dict[str, Any]:
+    """The request of the arguments of pack()."""
+    asked = Asked()
     for name in ("case", "state", "restart", "output_dir"):
         if given[name] is not None:
             given[name] = file_name(name, given[name])
-    for name in ("hematocrit", "discharge_hematocrit"):
-        if given[name] is not None:
-            asked.option(name.replace("_", "-"), given[name])
+    if given["case"] is not None:
+        asked.request["config"] = existing(given["case"])
     asked.profile(given["profile"])
-    if given["platelets"] is not None:
-        asked.option("plt_ratio", given["platelets"])
     if given["species"] is not None:
-        asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None,
-                      given["case"] is not None)
-    for name in ("flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance",
-                 "wall_clearance", "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
-                 "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
-        if given[name] is not None:
-            asked.option(name.replace("_", "-"), given[name])
-    for axis, planes in mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}').items():
-        asked.option("pre-inlet-range", axis, *several("pre_inlet_ranges", planes, 2, "two planes"))
-    for name, value in mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}').items():
-        asked.option("growth", name, value)
+        asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None)
+    for name in ("hematocrit", "discharge_hematocrit", "platelets", "flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice",
+                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "seed", "max_time",
+                 "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
+        asked.set(name, given[name])
+    ranges = mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}')
+    asked.flag("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")] for axis, planes in ranges.items()])
+    growth = mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}')
+    asked.flag("growth", growth, {name: value_of(f'growth["{name}"]', value) for name, value in growth.items()})
     asked.spacings(given["also_dx"])
     if given["tile"] is not None:
-        asked.option("tile", *several("tile", given["tile"], 3, "three numbers"))
-    asked.flag("fluid-volume", given["fluid_volume"])
+        asked.set("tile", several("tile", given["tile"], 3, "three numbers"))
+    asked.flag("hematocritVolume", given["fluid_volume"], "fluid")
     asked.flag("escape", given["escape"])
-    asked.flag("best-effort", given["best_effort"])
-    asked.flag("noRotate", not given["rotate"])
+    asked.flag("bestEffort", given["best_effort"])
+    asked.flag("rotate", not given["rotate"], False)
     asked.cells("fixed", given["fixed"])
     asked.cells("start", given["start"])
     asked.blood(given["blood"])
     asked.obstacles(given["obstacles"])
     asked.regions(given["regions"])
     asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))
-    if given["case"] is not None:
-        asked.words.insert(0, given["case"])
-    if not asked.words:
+    if not {"config", "box", "container", "restart"} & set(asked.request):
         raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
+    return asked.request
 
 
 class Case:
@@ -329,7 +310,8 @@ class Case:
     def check(self, what: Union[Path, Packing, None] = None, **options: Any) -> Check:
         """Tests the .pos files in a folder (by default that of the case, or its `<outputDirectory>`) or a state file in this case."""
         if isinstance(what, Packing):
-            if not any(os.path.abspath(word) == os.path.abspath(self.config) for word in what.command[1:2]):
+            config = what.request.get("config")
+            if config is None or os.path.abspath(config) != os.path.abspath(self.config):
                 raise InputError(f"check: the Packing is not of {self.config}; its .pos files can be tested there")
             return check(what, **options)
         return check(self._values["output_directory"] if what is None else what, case=self.config, **options)

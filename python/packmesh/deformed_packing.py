@@ -17,7 +17,7 @@ from .errors import InputError
 from .export import exported, names_of
 from .export import write as write_exports
 from .hemocell_run import Step
-from .packing_file import RUN_COMMAND, Faults, Kind, Lumen, PackingFile
+from .packing_file import Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
 from .run_lumen import RunLumen
 from .run_measures import is_red, warned_outside
@@ -197,20 +197,27 @@ class DeformedPacking(CellPacking):
             if len(cells) and warned_outside(lumen, self.step, name, cells.mean(axis=1), wall):
                 return
 
-    def _write_state(self, file: "str | os.PathLike[str]") -> None:
+    def _kinds(self) -> List[Tuple[Any, ...]]:
+        """Of each species: name, template, rigid fits, and the membranes in their frames."""
         first = np.concatenate([[0], np.cumsum(list(self.counts.values()))])
         kinds = []
         for i, (name, cells) in enumerate(self._vertices.items()):
             own = slice(first[i], first[i + 1])
             body = np.einsum("nvi,nij->nvj", cells - self.positions[own, None], self._matrices[own])
             kinds.append((name, *self._templates[name], self.positions[own], self.rotations[own], body))
-        words = [RUN_COMMAND, f"iteration {self.step.iteration}, cells as they were"]
-        _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, self._periodic_box())
+        return kinds
 
-    def _state_for(self, file: "str | os.PathLike[str]") -> str:
-        """Writes a state with these cells. Returns its name"""
-        self._write_state(file)
-        return os.fspath(file)
+    def _lumen_of_library(self) -> Any:
+        return None if self._lumen is None else self._lumen.of_library
+
+    def _write_state(self, file: "str | os.PathLike[str]") -> None:
+        origin = f"iteration {self.step.iteration}, cells as they were"
+        _packmesh.save_cells(os.fspath(file), origin, self._kinds(), self._lumen_of_library(), self._periodic_box())
+
+    def _numbers(self, setting: str) -> Any:
+        """These cells in place of a state."""
+        box = self._periodic_box() if self._lumen is None else None
+        return _packmesh.numbers_of_cells(setting, self._kinds(), self._lumen_of_library(), None if box is None else (*box, box[1] - box[0]))
 
     def cells_file(self) -> PackingFile:
         """The cells as exports read them."""
@@ -267,8 +274,10 @@ class LoadedPacking(DeformedPacking):
     def _tell_lumen(self) -> None:
         """It is that of the state."""
 
-    def _state_for(self, file: "str | os.PathLike[str]") -> str:
-        return self._source.path
+    def _numbers(self, setting: str) -> Any:
+        lumen = self._file.lumen
+        box = None if lumen is None else (lumen.low, lumen.high, lumen.period)
+        return _packmesh.numbers_of_cells(setting, self._kinds(), None, box)
 
     def cells_file(self) -> PackingFile:
         return self._file

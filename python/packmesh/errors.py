@@ -13,6 +13,10 @@ class InputError(Error, ValueError):
     """An argument, a file or a value in it is invalid (exit codes 1 and 2 of the program)."""
 
 
+class MissingFileError(InputError, FileNotFoundError):
+    """A file that an argument names does not exist."""
+
+
 class UnknownCellsError(InputError, KeyError):
     """There are no cells of this name."""
 

@@ -8,7 +8,6 @@ import json
 import logging
 import os
 import pathlib
-import shutil
 import socket
 import tempfile
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional,
 import numpy as np
 
 from . import _packmesh, convert, files, scene
-from ._settings import Command, Folder, Path, address, encoded, file_name, keep_inputs, listed, plain
+from ._settings import Path, address, existing, file_name, listed, plain
 from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError, OutputError
@@ -148,9 +147,8 @@ class Packing(CellPacking):
         self._held = held
         self._comm = comm  # its MPI_Comm is in use as long as the packing is
         self._first_number = 0 if comm is None else comm.exscan(len(held.species)) or 0
-        self._inputs: Optional[Folder] = None  # of the files that the command names
-        self._saved_command: Optional[List[str]] = None
         self._source: Union[StateFile, Stored, None] = None  # what it was read from
+        self._state = ""  # with what it was asked for
 
     def __copy__(self) -> Packing:
         return self
@@ -191,17 +189,24 @@ class Packing(CellPacking):
         return self._held.complete
 
     @property
+    def request(self) -> Dict[str, Any]:
+        """What was asked for, by the names of the tags of ``<packing>``, and {"given": ...} for arrays; empty if it was loaded from a state of
+        version 1.0."""
+        return self._held.request or {}
+
+    @property
     def command(self) -> List[str]:
         """The command of the program that packs the same cells.
 
-        Meshes and cells that were given as arrays are in temporary files, for as long as the packing or this list exists; after save()
-        they are those beside the state.
+        No command has arrays: if some were given, it continues from the state that save() wrote or load() read; without one, InputError is raised.
         """
-        return Command(self._words if self._saved_command is None else self._saved_command, self._inputs)
-
-    @property
-    def _words(self) -> List[str]:
-        return [word.decode("utf-8", "surrogateescape") for word in self._held.words]
+        words = self._held.command
+        if words is None and self._state:
+            words = ["packMesh", "--restart", self._state]
+        if words is None:
+            raise InputError("command: no command has arrays; save() the packing first" if self.request else
+                             "command: the packing is of an earlier version, which reads what was asked for")
+        return words
 
     def template(self, name: str) -> Tuple[Floats, Integers]:
         """The mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
@@ -270,24 +275,17 @@ class Packing(CellPacking):
     def save(self, file: Path) -> None:
         """Writes a state file (HDF5), for load(), ``packMesh --restart``, ``--start`` and ParaView (collective).
 
-        Meshes and cells that were given as arrays are saved too, in the folder ``cells_inputs`` beside ``cells.h5``.
+        It contains meshes and cells that were given as arrays.
         """
         file = file_name("file", file)
         if self._source is not None:
             return self._source.write(file)
-        words = self._words if self._inputs is None else keep_inputs(self._words, self._inputs.path, file)
-        self._held.save(encoded(words), file)
-        self._saved_command = words
+        self._held.save(file)
+        self._state = os.path.abspath(file)
 
-    def _state_for(self, file: Path) -> str:
-        """A state with these cells: that from which they were read, or `file`, which is written (collective)."""
-        name = file_name("file", file)
-        if isinstance(self._source, StateFile):
-            return self._source.path
-        if isinstance(self._source, Stored):
-            return self._source.unpack(os.path.dirname(name))
-        self.save(name)
-        return name
+    def _numbers(self, setting: str) -> Any:
+        """These cells in place of a state (collective)."""
+        return self._held.numbers(setting)
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective). Returns what was written.
@@ -434,11 +432,11 @@ def load(file: Path, *, comm: Any = None) -> Union[Packing, Any]:  # not only Pa
     """Reads a packing that save() or the program (``--state``) wrote (collective).
 
     Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) rebuilds
-    it from the command in the file, which needs the files that it names.
+    it from the request in the file, which needs the files that it names.
 
     Of the cells of a run (DeformedPacking.save(), ``packmesh run --state``, the plug-in's savePositions()) it returns a DeformedPacking.
     """
-    name = file_name("file", file)
+    name = existing(file_name("file", file))
     if _packmesh.is_of_run(name):
         from .deformed_packing import LoadedPacking
 
@@ -447,16 +445,12 @@ def load(file: Path, *, comm: Any = None) -> Union[Packing, Any]:  # not only Pa
         return LoadedPacking(name)
     packing = Packing(_packmesh.load(name, address(comm)), comm)
     packing._source = StateFile(name)
+    packing._state = packing._source.path if packing.request else ""
     return packing
 
 
 def _unpickled(stored: Stored) -> Packing:
-    folder = tempfile.mkdtemp(prefix="packmesh-")
-    try:
+    with tempfile.TemporaryDirectory(prefix="packmesh-") as folder:
         packing = Packing(_packmesh.load(stored.unpack(folder), 0, stored.path))
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
     packing._source = stored
-    packing._inputs = Folder(pathlib.Path(folder))  # its command may name files there
     return packing

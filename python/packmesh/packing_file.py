@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -15,8 +15,6 @@ from packmesh import hdf5_files
 from packmesh.errors import InputError
 from packmesh.hdf5_files import Damaged, Group
 
-#: The first word of the command of a state with cells of a run; it is followed by what they are: "iteration 5000, ...".
-RUN_COMMAND = "packmesh.hemocell_output"
 _ROUNDING = 1e-6  # of unit quaternions and scales
 _FARTHEST = 1e9  # coordinate of a cell [µm]
 #: Of tables of cells that are known.
@@ -107,10 +105,12 @@ class PackingFile:
         if is_packing and (file.text("kind"), file.whole("version")) != ("packMesh packing", 1):
             raise Damaged("of another version")
         self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
-        command = file.group("command") if "command" in file else None
-        described = command is not None and command.has_attribute("words") and command.whole("words") == 2
-        self.origin = command.text("1") if command is not None and described else ""  # as isOfSimulation() in state_words.cpp
-        self.of_run = self.origin.startswith("iteration ")
+        origin = file.text("origin") if file.has_attribute("origin") else ""
+        command = file.group("command") if "command" in file else None  # of version 2
+        if command is not None and command.has_attribute("words") and command.whole("words") == 2:
+            origin = command.text("1")
+        self.of_run = origin.startswith("iteration ")
+        self.origin = origin if self.of_run else ""
         counts = np.bincount(self.species, minlength=len(names))
         self.kinds = []
         for number, name in enumerate(names):

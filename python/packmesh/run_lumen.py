@@ -66,7 +66,7 @@ class RunLumen:
 
         self.config = config
         self._dx: float = _packmesh.case(config)["dx"]
-        self.of_library = self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])
+        self.of_library = self._lumen = _packmesh.lumen(config)
         self.volume: float = self._lumen.volume
         self.description: str = self._lumen.description
         self.has_wall: bool = self._lumen.has_wall

@@ -6,8 +6,7 @@ import dataclasses
 import os
 import pathlib
 import tempfile
-import uuid
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Tuple
 
 from . import files
 from .errors import InputError
@@ -15,38 +14,33 @@ from .errors import InputError
 
 @dataclasses.dataclass(frozen=True)
 class Stored:
-    """Contents of a state file, and of the files beside it that were given as arrays, by their relative names.
+    """The content of a state file.
 
-    path: where it was, for the files that its command names; empty: they are all here
+    path: where it was, for the files that its request names; empty: it was never there
     """
 
-    state: str
-    contents: Dict[str, bytes]
+    content: bytes
     path: str = ""
 
     @classmethod
     def saved_by(cls, save: Callable[[str], None]) -> "Stored":
         with tempfile.TemporaryDirectory(prefix="packmesh-") as folder:
-            state = f"packing_{uuid.uuid4().hex[:12]}.h5"  # names the folder of arrays, too: save() may write several to one place
-            save(os.path.join(folder, state))
-            found = [file for file in pathlib.Path(folder).rglob("*") if file.is_file()]
-            return cls(state, {str(file.relative_to(folder)): file.read_bytes() for file in found})
+            state = os.path.join(folder, "packing.h5")
+            save(state)
+            return cls(pathlib.Path(state).read_bytes())
 
     def unpack(self, folder: str) -> str:
-        """Writes all to a folder. Returns the state"""
-        for name, content in self.contents.items():
-            os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
-            with open(os.path.join(folder, name), "wb") as file:
-                file.write(content)
-        return os.path.join(folder, self.state)
+        """Writes the state to a folder. Returns its name"""
+        state = os.path.join(folder, "packing.h5")
+        pathlib.Path(state).write_bytes(self.content)
+        return state
 
     def write(self, state: str) -> None:
-        """Writes the state under this name, the others beside it. Raises InputError, OutputError"""
+        """Writes the state under this name. Raises InputError, OutputError"""
         if self.path:
             raise InputError(f"the packing was loaded from {self.path}: copy that file")
         with files.Outputs() as outputs:
-            for name, content in self.contents.items():
-                outputs.write(state if name == self.state else os.path.join(os.path.dirname(state), name), [content])
+            outputs.write(state, [self.content])
             outputs.commit()
 
 
@@ -69,7 +63,7 @@ class StateFile:
         if not self._version or self._found() != self._version:
             raise InputError(f"{self.path}: is no longer the file that the packing was loaded from, so the packing cannot be pickled")
         with open(self.path, "rb") as file:
-            return Stored(os.path.basename(self.path), {os.path.basename(self.path): file.read()}, self.path)
+            return Stored(file.read(), self.path)
 
     def write(self, _state: str) -> None:
         raise InputError(f"the packing was loaded from {self.path}: copy that file")

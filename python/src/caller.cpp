@@ -13,6 +13,7 @@
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "packMesh/core/error.h"
 
 namespace py = pybind11;
@@ -91,12 +92,11 @@ const char* classOf(ExitCode code) {
   }
 }
 
-/// A message with the names of Python's arguments instead of options. It may quote names of files, which need
-/// not be UTF-8.
-py::object inPythonsWords(const std::string& message) {
-  const auto text = py::reinterpret_steal<py::object>(
+/// A message with the names of Python's arguments. It may quote names of files, which need not be UTF-8.
+py::object inPythonsWords(const std::string& marked) {
+  const std::string message = inTermsOfUser(marked);
+  return py::reinterpret_steal<py::object>(
       PyUnicode_DecodeUTF8(message.data(), py::ssize_t(message.size()), "replace"));
-  return py::module_::import("packmesh._wording").attr("in_python")(text);
 }
 
 /// @param name of a class of packmesh.errors

@@ -18,6 +18,7 @@
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/hemocell/case.h"
@@ -25,18 +26,17 @@
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examined_outputs.h"
 #include "hemocell_adapter/session/held_packing.h"
-#include "hemocell_adapter/settings/settings_table.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/poll_scope.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/state_file.h"
+#include "requests.h"
 #include "run_analysis.h"
 
 namespace py = pybind11;
@@ -46,7 +46,6 @@ using namespace packmesh::hemocell;
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 /// @param mpi address of an MPI_Comm; 0: none
 Communicator ranksOf(std::uintptr_t mpi) {
@@ -100,15 +99,16 @@ py::dict examinationOf(const Problem& problem, const Tally& tally, const Examina
 
 // The functions.
 
-PythonPacking pack(const Words& words, std::uintptr_t mpi, const py::object& progress) {
+PythonPacking pack(const py::dict& stated, std::uintptr_t mpi, const py::object& progress) {
   Caller caller(progress);
+  const Request own = requestOf(stated);
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
-    CommandLine commandLine;
-    together(ranks, [&] { commandLine = parseOrContinue("packMesh", words); });
+    Request asked;
+    together(ranks, [&] { asked = continued(own); });
     return PythonPacking{caller.onAllRanks(ranks, [&] {
-      return std::make_shared<const HeldPacking>(packInMemory(commandLine, ranks, caller.hooks()));
+      return std::make_shared<const HeldPacking>(packInMemory(asked, ranks, caller.hooks()));
     })};
   });
 }
@@ -125,7 +125,7 @@ PythonPacking load(const fs::path& file, std::uintptr_t mpi, const fs::path& ori
 
 /// Whether a state has the cells of a simulation, and not those of a packing.
 bool isOfRun(const fs::path& file) {
-  return Caller().run([&] { return isOfSimulation(readStateHead(file).command); });
+  return Caller().run([&] { return !readStateHead(file, oldestStateVersion).record.origin.empty(); });
 }
 
 /// With the scene, which a loaded packing has not yet.
@@ -168,7 +168,8 @@ py::dict examined(PythonPacking& packing, bool asState) {
 }
 
 /// @param tables file that the package converts; empty: none
-py::dict check(const Words& words, const std::optional<fs::path>& tables, bool withReport) {
+py::dict check(const py::dict& stated, const std::optional<fs::path>& tables, bool withReport) {
+  const Request asked = requestOf(stated);
   Caller caller;
   const auto problem = std::make_shared<Problem>();
   FoundCells cells;
@@ -177,7 +178,7 @@ py::dict check(const Words& words, const std::optional<fs::path>& tables, bool w
   const Examination found = caller.run([&] {
     const InputRecord inputs;
     const Timer timer;
-    const CompletedRequest completed = requestToCheck(parseCommandLine("packMesh", words));
+    const CompletedRequest completed = requestToCheck(asked);
     if (!foldersToCheck(completed.request).empty())
       throw InputError(completed.request.output.folder.string() +
                        ": has realisations; check the folder of each");
@@ -206,12 +207,12 @@ py::dict check(const Words& words, const std::optional<fs::path>& tables, bool w
   return all;
 }
 
-py::dict forecast(const Words& words) {
+py::dict forecast(const py::dict& stated) {
+  const Request own = requestOf(stated);
   Caller caller;
   std::shared_ptr<const Problem> problem;
   const Forecast found = caller.run([&] {
-    problem =
-        problemInMemory(parseCommandLine("packMesh", words), Communicator(), caller.hooks().interrupted);
+    problem = problemInMemory(continued(own), Communicator(), caller.hooks().interrupted);
     return forecastOf(*problem);
   });
   py::dict counts;
@@ -223,20 +224,14 @@ py::dict forecast(const Words& words) {
   all["seconds"] = found.seconds;
   all["megabytes"] = found.megabytes;
   all["lumen_volume"] = problem->lumen.container->volume();
-  all["text"] = forecastText(*problem, 1).lines;
+  std::vector<std::string> lines;
+  for (const std::string& line : forecastText(*problem, 1).lines) lines.push_back(inTermsOfUser(line));
+  all["text"] = lines;
   return all;
 }
 
-/// The options for numbers of cells, by the name of the cell.
-py::dict countOptions() {
-  py::dict options;
-  for (const Setting& setting : settingsTable())
-    if (!setting.countOf.empty()) options[py::str(setting.countOf)] = setting.option;
-  return options;
-}
-
 py::tuple readPosFile(const fs::path& file) {
-  Words warnings;
+  std::vector<std::string> warnings;
   const std::vector<PosLine> lines = readPos(file, &warnings);
   return py::make_tuple(arrayOf(lines), warnings);
 }
@@ -296,18 +291,36 @@ bool hasDeformed(const PythonPacking& packing, int species) {
   }));
 }
 
-/// File names in them need not be UTF-8.
-std::vector<py::bytes> wordsOf(const PythonPacking& packing) {
-  return {packing.held->words.begin(), packing.held->words.end()};
+/// None if its state does not say.
+py::object askedOf(const PythonPacking& packing) {
+  const auto& asked = packing.held->asked;
+  return asked ? dictOf(*asked) : py::object(py::none());
 }
 
-void save(const PythonPacking& packing, const Words& words, const fs::path& file) {
+/// The words of a command that asks for the same; None if there is none.
+py::object commandOf(const PythonPacking& packing) {
+  const auto& asked = packing.held->asked;
+  return asked ? wordsIn(*asked) : py::object(py::none());
+}
+
+void save(const PythonPacking& packing, const fs::path& file) {
   const Held held = packing.held;
   Caller caller;
   caller.run([&] {
     caller.listenTo(held->ranks);
-    savePacking(*held, words, file);
+    savePacking(*held, file);
   });
+}
+
+/// All cells with their meshes, in place of a state. All ranks call.
+PythonNumbers numbersOfCells(const PythonPacking& packing, const std::string& setting) {
+  const Held held = packing.held;
+  Caller caller;
+  std::vector<StateTable> tables = caller.run([&] {
+    caller.listenTo(held->ranks);
+    return storedCells(stateCellsOf(*held));
+  });
+  return numbersOf(setting, "", std::move(tables));
 }
 
 /// The folder of the states of the engine; nothing if there is none.
@@ -320,7 +333,9 @@ std::optional<fs::path> framesOf(const PythonPacking& packing) {
 void addPacking(py::module_& module) {
   py::class_<PythonPacking>(module, "Packing")
       .def_property_readonly("counts", &countsByName)
-      .def_property_readonly("words", &wordsOf)
+      .def_property_readonly("request", &askedOf)
+      .def_property_readonly("command", &commandOf)
+      .def("numbers", &numbersOfCells)
       .def_property_readonly("growth_frames", &framesOf)
       .def_property_readonly(
           "complete",
@@ -373,6 +388,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.doc() = "The C++ side of packmesh.";
   registerErrors();
   logToPython();
+  addRequests(module);
   addPacking(module);
   addRunAnalysis(module);
   module.def("version", &version);
@@ -382,7 +398,6 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("is_of_run", &isOfRun);
   module.def("check", &check);
   module.def("forecast", &forecast);
-  module.def("count_options", &countOptions);
   module.def("read_pos", &readPosFile);
   module.def("write_pos", &writePos);
   module.def("case", &caseOf);

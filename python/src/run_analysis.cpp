@@ -26,6 +26,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/parallel/cores.h"
+#include "requests.h"
 
 namespace py = pybind11;
 using namespace packmesh;
@@ -60,10 +61,14 @@ Lumen flowLumen(const CompletedRequest& completed) {
   }
 }
 
-std::unique_ptr<PythonLumen> lumenOf(const std::vector<std::string>& words) {
+std::unique_ptr<PythonLumen> lumenOf(const std::filesystem::path& config) {
   return Caller().run([&] {
     auto made = std::make_unique<PythonLumen>();
-    const CompletedRequest completed = requestToCheck(parseCommandLine("packMesh", words));
+    const CompletedRequest completed = requestToCheck([&] {
+      Request request;
+      request.config = config;
+      return request;
+    }());
     made->lumen = flowLumen(completed);
     const std::optional<ContainerRequest>& body = completed.request.container;
     if (made->lumen.lattice && (!body || body->nodes || completed.simulation->domain.boxNodes))
@@ -233,16 +238,13 @@ std::unique_ptr<PythonMeshes> meshesOf(const std::vector<std::tuple<py::array, d
   return made;
 }
 
-/// Writes the cells of a step as a state. @param kinds name, vertices (V, 3) and triangles (T, 3) of the
-/// template, positions (N, 3), rotations (N, 4: x, y, z, w), vertices in the frame of the template (N, V, 3)
-/// @param lumen nullptr: the box with these corners, which is periodic, or else one around the cells
-void saveDeformed(const std::filesystem::path& file, const std::vector<std::string>& words,
-                  const std::vector<std::tuple<std::string, Points, Corners, Points, Points, Points>>& kinds,
-                  const PythonLumen* lumen,
-                  const std::optional<std::array<std::array<double, 3>, 2>>& corners) {
+using DeformedKinds = std::vector<std::tuple<std::string, Points, Corners, Points, Points, Points>>;
+
+/// The cells of a step. @param kinds name, vertices (V, 3) and triangles (T, 3) of the template, positions
+/// (N, 3), rotations (N, 4: x, y, z, w), vertices in the frame of the template (N, V, 3)
+/// @param around box of their vertices
+StateCells cellsOf(const DeformedKinds& kinds, Box& around) {
   StateCells all;
-  all.command = words;
-  Box around;
   for (const auto& [name, vertices, triangles, positions, rotations, bodies] : kinds) {
     std::vector<TriangleMesh> meshes;
     Points one = vertices;
@@ -262,14 +264,43 @@ void saveDeformed(const std::filesystem::path& file, const std::vector<std::stri
       }
     }
   }
-  std::shared_ptr<const Container> container;
-  if (lumen)
-    container = lumen->lumen.container;
-  else if (corners)
-    container = makeBox({Vec3((*corners)[0].data()), Vec3((*corners)[1].data())}, {true, true, true});
-  else
-    container = makeBox(around.grownBy(1.0), {false, false, false});
+  return all;
+}
+
+/// @param lumen nullptr: the box with these corners, which is periodic, or else one around the cells
+std::shared_ptr<const Container> containerOf(
+    const PythonLumen* lumen, const std::optional<std::array<std::array<double, 3>, 2>>& corners,
+    const Box& around) {
+  if (lumen) return lumen->lumen.container;
+  if (corners) return makeBox({Vec3((*corners)[0].data()), Vec3((*corners)[1].data())}, {true, true, true});
+  return makeBox(around.grownBy(1.0), {false, false, false});
+}
+
+/// Writes the cells of a step as a state. @param origin says where they are from
+void saveDeformed(const std::filesystem::path& file, const std::string& origin, const DeformedKinds& kinds,
+                  const PythonLumen* lumen,
+                  const std::optional<std::array<std::array<double, 3>, 2>>& corners) {
+  Box around;
+  StateCells all = cellsOf(kinds, around);
+  all.record.origin = origin;
+  const auto container = containerOf(lumen, corners, around);
   Caller().run([&] { saveCells(std::move(all), container, file); });
+}
+
+/// The same in place of a state, for a setting.
+/// @param box corners of the lumen and its period; without it that of `lumen`, or a box around the cells
+PythonNumbers numbersOfDeformed(const std::string& setting, const DeformedKinds& kinds,
+                                const PythonLumen* lumen,
+                                const std::optional<std::array<std::array<double, 3>, 3>>& box) {
+  Box around;
+  StateCells all = cellsOf(kinds, around);
+  all.box = box ? Box{Vec3((*box)[0].data()), Vec3((*box)[1].data())} : around.grownBy(1.0);
+  if (box) all.period = Vec3((*box)[2].data());
+  if (!box && lumen) {
+    all.box = lumen->lumen.container->bounds();
+    all.period = lumen->lumen.container->period();
+  }
+  return numbersOf(setting, "", storedCells(all));
 }
 
 }  // namespace
@@ -293,4 +324,5 @@ void addRunAnalysis(py::module_& module) {
   py::class_<PythonMeshes>(module, "Meshes").def(py::init(&meshesOf)).def("examine", &PythonMeshes::examine);
   module.def("cell_template", &cellTemplate);
   module.def("save_cells", &saveDeformed);
+  module.def("numbers_of_cells", &numbersOfDeformed);
 }

@@ -12,6 +12,7 @@
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/species_plans.h"
+#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
@@ -50,7 +51,7 @@ void readConfig(const std::string& bytes) {
   refusable([&] { readCase(file); });
   refusable([&] {
     CompletedRequest completed =
-        requestToPack(parseCommandLine("packMesh", {file.string(), "--rbc", "1", "--validate"}));
+        requestToPack(parseCommandLine("packMesh", {file.string(), "--rbc", "1", "--validate"}).request);
     plansToPack(completed.request, completed.simulation.get(), completed.warnings);
   });
 }
@@ -102,9 +103,8 @@ void readCommand(const std::string& bytes) {
   for (const char* program : {"packMesh", "packCells"})
     refusable([&] {
       const CommandLine commandLine = parseCommandLine(program, words);
-      commandLine.options();
-      if (commandLine.command == Command::pack) requestToPack(commandLine);
-      if (commandLine.command == Command::check) requestToCheck(commandLine);
+      if (commandLine.command == Command::pack) requestToPack(commandLine.request);
+      if (commandLine.command == Command::check) requestToCheck(commandLine.request);
     });
 }
 
@@ -124,7 +124,7 @@ const std::vector<FuzzEntry>& fuzzEntries() {
       {"pos", readPosFile, {"1000000000", "nan", "\r\n", "1e308", "-0", "#", "9223372036854775807"}},
       {"state",
        readState,
-       {"packMesh state, version 2\nwritten by ", "XXH3 ", "\x89HDF\r\n\x1a\n", "TREE", "HEAP", "SNOD",
+       {"packMesh state, version 3\nwritten by ", "XXH3 ", "\x89HDF\r\n\x1a\n", "TREE", "HEAP", "SNOD",
         "OHDR"}},
       {"command_line",
        readCommand,

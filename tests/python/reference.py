@@ -18,7 +18,7 @@ GROUPS = {
     "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "RepairWarning"],
+    "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "RepairWarning"],
 }
 
 

@@ -97,15 +97,21 @@ def test_regions_of_a_case(program, tmp_path):
     assert packing.counts["PLT"] == 4
 
 
-def test_command_of_a_packing(program, tmp_path):
-    """Regions, obstacles and species in a box: the program takes them as a section."""
+def test_command_and_request_of_a_packing(program, tmp_path):
+    """Regions, obstacles and species in a box: the program takes them as a section, and from a state."""
     packing = packmesh.pack(box=(25, 25, 25), hematocrit=0.2, obstacles=[packmesh.Sphere(4, (12, 12, 12))],
                             regions=[Region(0.35, packmesh.Box((10, 25, 25)))],
                             species={"RBC": Species(), "Bead": Species(ratio=0.3, ellipsoid=(2, 2, 2))})
-    assert "<region" in packing.command[-1]
+    assert packing.request["regions"] == [{"hematocrit": 0.35, "body": {"kind": "box", "size": [10, 25, 25], "origin": [0, 0, 0]}}]
+    assert packing.request["species"][1] == {"name": "Bead", "ratio": 0.3, "ellipsoid": [2, 2, 2]}
+    assert packing.command[:4] == ["packMesh", "25", "25", "25"] and "<region" in packing.command[-1]
     program(*packing.command[1:])
+    packing.save(tmp_path / "state.h5")
+    assert packing.report()["command"] == packing.command == packmesh.load(tmp_path / "state.h5").command
+    program("--restart", tmp_path / "state.h5", "--output-dir", tmp_path / "restarted")
     packing.write_pos(tmp_path / "python")
     assert_same_cells(tmp_path / "program", tmp_path / "python")
+    assert_same_cells(tmp_path / "restarted", tmp_path / "python")
 
 
 def test_existing_cells(program, tmp_path):

@@ -81,7 +81,7 @@ def test_export_command(step, case):
     step.packing().save(case / "run.h5")
     assert "Warning" not in export("run.h5", "--format", "csv", "--folder", "exported")
     with h5py.File(case / "run.h5", "r+") as file:  # a state of a packing
-        file["command"].attrs["0"], file["command"].attrs["1"] = "packMesh", "config.xml"
+        file.attrs["origin"] = ""
     text = export("run.h5", "--format", "csv", "--folder", "exported")
     assert "(Warning) run.h5: its cells are not those of a finished packing: they may overlap" in text
     assert "there is no step of iteration 7" in export("output", "--step", 7, "--format", "stl", code=2)

@@ -32,7 +32,7 @@ def test_save_and_load(name, tmp_path, monkeypatch):
     for species in packing.species_names:
         np.testing.assert_array_equal(loaded.vertices(species), packing.vertices(species))
         np.testing.assert_array_equal(loaded.template(species)[1], packing.template(species)[1])
-    assert loaded.command == packing.command
+    assert loaded.request == packing.request and loaded.command == packing.command
     loaded.write_pos("after")
     assert_same_cells(tmp_path / "before", tmp_path / "after")
     assert loaded.hematocrit == packing.hematocrit and loaded.certificate.clean
@@ -95,23 +95,28 @@ def given_as_arrays(tube, what):
 @pytest.mark.parametrize("what", ["vessel", "mesh", "fixed", "start"])
 @pytest.mark.parametrize("while_packing", [False, True])
 def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypatch):
-    """What the command of the state names is beside the state, and moves with it."""
+    """A state contains what was given as arrays, and nothing else is written."""
     folder = tmp_path / "a 'b' & c"
     folder.mkdir()
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.chdir(folder)
     arguments = given_as_arrays(tube, what)
     packing = packmesh.pack(**arguments, **({"state": "cells.h5"} if while_packing else {}))
     if not while_packing:
+        with pytest.raises(packmesh.InputError, match="^command: no command has arrays"):
+            print(packing.command)
         packing.save("cells.h5")
-        packing.save(tmp_path / "again.h5")
-        assert (tmp_path / "again_inputs").is_dir()
+    assert packing.command == ["packMesh", "--restart", str(folder / "cells.h5")]
+    assert [file.name for file in folder.iterdir()] == ["cells.h5"]
     packing.write_pos(tmp_path / "before")
-    del packing
-    monkeypatch.chdir(tmp_path)
     content = (folder / "cells.h5").read_bytes()
-    assert b"{folder}/cells_inputs/" in content and str(tmp_path).encode() not in content
+    assert str(tmp_path).encode() not in content
+    monkeypatch.chdir(tmp_path)
     folder = folder.rename(tmp_path / "moved 'd' & e")
     loaded = packmesh.load(folder / "cells.h5")
+    assert loaded.request.keys() | {"stateFile"} == packing.request.keys() | {"stateFile"}
+    assert loaded.command == ["packMesh", "--restart", str(folder / "cells.h5")]
     assert loaded.check().clean and loaded.hematocrit > 0
     loaded.write_pos(tmp_path / "after")
     assert_same_cells(tmp_path / "before", tmp_path / "after")
@@ -120,24 +125,21 @@ def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypat
     np.testing.assert_array_equal(again.positions, loaded.positions)
     program("--restart", folder / "cells.h5", "--output-dir", ".")
     assert_same_cells(tmp_path / "before", tmp_path / "program")
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
-def test_arrays_without_a_state(tmp_path, tube, monkeypatch):
-    """Temporary files exist as long as the packing; errors leave none."""
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    packing = packmesh.pack(vessel=tube, hematocrit=0.2)
-    assert len(list((tmp_path / "temporary").iterdir())) == 1
-    with pytest.raises(packmesh.OutputError, match="none"):
-        (tmp_path / "none").write_text("")
-        packing.save(tmp_path / "none" / "cells.h5")
-    del packing
-    with pytest.raises(packmesh.InputError):
-        packmesh.pack(vessel=tube, hematocrit=2, state=tmp_path / "cells.h5")
-    with pytest.raises(packmesh.InputError, match="checkpoint_every"):
-        packmesh.pack(vessel=tube, hematocrit=0.2, checkpoint_every=100)
-    packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).save(tmp_path / "box.h5")
-    assert not list((tmp_path / "temporary").iterdir()) and not list(tmp_path.glob("*_inputs"))
+def test_arrays_are_named_in_messages(tube):
+    vertices, triangles = tube
+    for vessel, text in (((vertices, np.array([*triangles[:17], [0, 1, 99999]])), f"^vessel: triangles\\[17\\]: vertex 99999 of {len(vertices)}$"),
+                         ((np.array([*vertices[:3], [0, np.nan, 0], *vertices[4:]]), triangles), "^vessel: vertices\\[3\\]: expected finite numbers")):
+        with pytest.raises(packmesh.InputError, match=text):
+            packmesh.pack(vessel=vessel, hematocrit=0.2)
+    with pytest.raises(packmesh.InputError, match='^cell .Rod.: species\\["Rod"\\]: triangles\\[1\\]: vertex 7 of 3$'):
+        packmesh.pack(box=(20, 20, 20), species={"Rod": Species(count=2, mesh=(np.eye(3), [[0, 1, 2], [0, 1, 7]]))})
+    with pytest.raises(packmesh.InputError, match="^obstacles\\[1\\]: triangles\\[0\\]: vertex -1 of 3$"):
+        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, obstacles=[packmesh.Sphere(1, (3, 3, 3)), packmesh.Mesh((np.eye(3), [[0, 1, -1]]))])
+    with pytest.raises(packmesh.InputError, match="^start: the cells 'RBC': row 1: expected finite numbers$"):
+        packmesh.pack(box=(20, 20, 20), species={"RBC": 4}, start={"RBC": [[5, 5, 5, 0, 0, 0], [9, np.inf, 9, 0, 0, 0]]})
 
 
 def test_views_of_files(program, tmp_path):

@@ -3,12 +3,9 @@
 import base64
 import copy
 import dataclasses
-import gc
 import io
 import multiprocessing
-import os
 import pickle
-import re
 import shutil
 import sys
 import types
@@ -242,29 +239,3 @@ def test_cells_of_a_species_are_arguments(packing, option):
     assert alone.counts == {"RBC": packing.counts["RBC"], "PLT": 4} and not packing["RBC"].deformed
     np.testing.assert_array_equal(alone.positions, lines.positions)
     np.testing.assert_array_equal(alone.positions, named.positions)
-
-
-def test_files_of_a_command(packing, tmp_path, tube):
-    """They exist as long as the command does, or are those that were saved."""
-    def files_of(command):
-        return [word for word in re.findall(r"/[^\s\"=]+[.](?:off|pos|txt)", " ".join(command))]
-
-    command = packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2}, start={"RBC": [(20, 12, 12, 0, 0, 0)]}).command
-    gc.collect()
-    files = files_of(command)
-    assert len(files) == 2 and all(os.path.exists(file) for file in files)
-    again = pickle.loads(pickle.dumps(packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2})))
-    command, copied = again.command, pickle.loads(pickle.dumps(again.command))
-    assert copied == command and type(copied) is list
-    del again
-    gc.collect()
-    assert files_of(command) and all(os.path.exists(file) for file in files_of(command))
-    del command
-    gc.collect()
-    assert not os.path.exists(files_of(copied)[0])
-    saved = packmesh.pack(vessel=tube, open_axis="x", species={"RBC": 2})
-    saved.save(tmp_path / "cells.h5")
-    assert files_of(saved.command) == [str(tmp_path / "cells_inputs/mesh_1.off")]
-    saved.save(tmp_path / "more.h5")
-    assert files_of(saved.command) == [str(tmp_path / "more_inputs/mesh_1.off")]
-    assert packmesh.load(tmp_path / "more.h5").certificate.clean

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
@@ -117,7 +118,7 @@ TEST_CASE("A slice with several outlines requires the choice of one", "[pre_inle
   PreInletPlace place = PreInletPlace::named("Xpos");
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("has 2 outlines: y 1 to 31, z 1 to 31") &&
                                                         Contains("; y 41 to 71, z 1 to 31") &&
-                                                        Contains("--pre-inlet-range y 0 32"));
+                                                        Contains(named("pre-inlet-range") + " y 0 32"));
   place.ranges = {{1, 0, 32}};
   const PreInlet first = makePreInlet(tubes, place, 40);
   CHECK(first.lattice.nodes() == std::array<int, 3>{43, 33, 33});

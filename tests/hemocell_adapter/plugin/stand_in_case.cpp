@@ -226,7 +226,10 @@ packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string
   packmesh::PackingOptions options;
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == "save" || words[i] == "fit") break;
-    if (words[i] == "--count") {
+    if (words[i] == "member") {
+      options.hematocrit = std::atof(words[i + 2].c_str());
+      i += 2;
+    } else if (words[i] == "--count") {
       options.counts[words[i + 1]] = std::atol(words[i + 2].c_str());
       i += 2;
     } else {

@@ -22,7 +22,7 @@ TEST_CASE("Deformed cells alone, whose state is always written, are no request f
   request.output.stateFile = "state.h5";
   CHECK_FALSE(savesCheckpoints(request));
   Request stated = request, timed = request, continued = request;
-  stated.stated.insert("state");
+  stated.origins["stateFile"] = {};
   timed.output.checkpointEvery = 1.0;
   continued.restart = "state.checkpoint.h5";
   for (const Request& one : {stated, timed, continued}) CHECK(savesCheckpoints(one));

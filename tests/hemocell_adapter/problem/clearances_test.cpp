@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Room between membranes and to the wall that nobody asked for, and the largest there is.
 #include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/settings/command_line.h"
 
 #include <catch2/catch.hpp>
 
@@ -16,7 +18,7 @@ namespace {
 
 std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
                                  const std::string& program = "packMesh") {
-  return clearanceLevels(problemToPack(requestToPack(parseCommandLine(program, words))));
+  return clearanceLevels(problemToPack(requestToPack(parseCommandLine(program, words).request)));
 }
 
 /// Packs what a rule allows, and remembers what it was asked.
@@ -90,7 +92,7 @@ TEST_CASE("Requested clearances replace the automatic ones", "[clearances]") {
 TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[clearances]") {
   const std::vector<std::string> box = {"30", "30", "30", "--rbc", "10", "--walls", "xyz", "--method", "cat"};
   if (!hasCat()) {
-    CHECK_THROWS_WITH(levelsOf(box), Contains("option '--method': this packMesh was built without 'cat'"));
+    CHECK_THROWS_WITH(levelsOf(box), Contains(heading("method") + ": this packMesh was built without 'cat'"));
     return;
   }
   const auto levels = levelsOf(box);

@@ -7,6 +7,7 @@
 #include "tests/hemocell_adapter/sample_case.h"
 
 #include "hemocell_adapter/problem/completed_request.h"
+#include "hemocell_adapter/settings/command_line.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -41,7 +42,7 @@ PlannedSpecies speciesOf(const std::string& cpp, const std::string& packing = ""
   const SampleCase folder(packing);
   writeCode(folder.path(), cpp);
   options.insert(options.begin(), (folder.path() / "config.xml").string());
-  const CompletedRequest completed = requestToPack(parseCommandLine("packMesh", options));
+  const CompletedRequest completed = requestToPack(parseCommandLine("packMesh", options).request);
   PlannedSpecies species{{}, completed.warnings};
   species.plans = plansToPack(completed.request, completed.simulation.get(), species.warnings);
   settleDistancesFromSolid(*completed.simulation, species.plans, species.warnings);
@@ -77,7 +78,7 @@ CompletedRequest inletOf(const std::string& cpp, const std::vector<std::string>&
   writeCode(folder.path(), cpp.empty() ? "" : code(cpp));
   std::vector<std::string> words = {(folder.path() / "config.xml").string(), "--rbc", "3"};
   words.insert(words.end(), options.begin(), options.end());
-  return requestToPack(parseCommandLine("packMesh", words));
+  return requestToPack(parseCommandLine("packMesh", words).request);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/profile_source.h"
+#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
@@ -19,7 +20,7 @@ using Catch::Matchers::Contains;
 namespace {
 
 Problem plannedProfile(const std::vector<std::string>& words) {
-  return problemToPack(requestToPack(parseCommandLine("packMesh", words)));
+  return problemToPack(requestToPack(parseCommandLine("packMesh", words).request));
 }
 
 nlohmann::json reportOf(const TemporaryFolder& folder) {

@@ -35,7 +35,7 @@ void writeDeformed(const std::filesystem::path& file, const std::vector<Vec3>& p
     cell.vertices = deformed(redCell(), int(state.cells.size()) + 1);
     state.cells.push_back(std::move(cell));
   }
-  state.command = {"a test", "deformed cells"};
+  state.record.origin = "a test, deformed cells";
   const Box box{Vec3::Zero(), size};
   saveCells(std::move(state), makeBox(box, {period > 0.0, false, false}), file);
 }
@@ -165,7 +165,7 @@ TEST_CASE("Meshes and pieces of blood that cannot be are refused with their plac
     cell.pose.position = Vec3(7, 8, 9);
     for (const Vec3& v : redCell().vertices) cell.vertices.push_back(scale.cwiseProduct(v));
     state.cells.push_back(std::move(cell));
-    state.command = {"a test", "one cell"};
+    state.record.origin = "a test, one cell";
     saveCells(std::move(state), makeBox({Vec3::Zero(), Vec3(period, 16, 16)}, {true, false, false}),
               folder.path() / "flowing.h5");
   };

@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
@@ -25,7 +26,7 @@ HeldPacking packed(const std::string& words, const Hooks& hooks = {}) {
   log::setLevel(log::Level::silent);
   const auto restore = [] { log::setLevel(log::Level::normal); };
   try {
-    HeldPacking packing = packInMemory(parseCommandLine("packMesh", all), Communicator(), hooks);
+    HeldPacking packing = packInMemory(parseCommandLine("packMesh", all).request, Communicator(), hooks);
     restore();
     return packing;
   } catch (...) {
@@ -57,7 +58,7 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
 TEST_CASE("A packing that was saved is loaded with the same cells, and completed by its command", "[held]") {
   const TemporaryFolder folder;
   const HeldPacking packing = packed("16 16 16 --rbc 6 --plt 2");
-  savePacking(packing, packing.words, folder.path() / "cells.h5");
+  savePacking(packing, folder.path() / "cells.h5");
   HeldPacking loaded = loadPacking(folder.path() / "cells.h5", Communicator());
   const auto sameLines = [&] {
     const std::vector<PosLine> a = posLinesOf(packing), b = posLinesOf(loaded);
@@ -68,8 +69,7 @@ TEST_CASE("A packing that was saved is loaded with the same cells, and completed
   CHECK(sameLines());
   CHECK(loaded.packing.result.certificate.clean());
   CHECK(loaded.packing.cells.tally.redMesh == packing.packing.cells.tally.redMesh);
-  CHECK_THROWS_WITH(savePacking(loaded, loaded.words, folder.path() / "again.h5"),
-                    Contains("copy that file"));
+  CHECK_THROWS_WITH(savePacking(loaded, folder.path() / "again.h5"), Contains("copy that file"));
 }
 
 TEST_CASE("Hooks interrupt a packing in memory, and nothing is written", "[held]") {

@@ -2,25 +2,31 @@
 #include "hemocell_adapter/settings/command_line.h"
 
 #include <catch2/catch.hpp>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
+#include "hemocell_adapter/settings/request_json.h"
 
 using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;
 
 namespace {
 
+std::vector<std::string> wordsIn(const std::string& line) {
+  std::istringstream stream(line);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
 CommandLine parse(const std::string& line, const std::string& program = "packMesh") {
-  std::istringstream words(line);
-  std::vector<std::string> arguments;
-  for (std::string word; words >> word;) arguments.push_back(word);
-  return parseCommandLine("/usr/bin/" + program, arguments);
+  return parseCommandLine("/usr/bin/" + program, wordsIn(line));
 }
 
 std::int64_t countOf(const CommandLine& c, const std::string& name) {
-  const Request settings = c.options();
+  const Request settings = c.request;
   const SpeciesRequest* species = findSpecies(settings, name);
   return species && species->count ? *species->count : -1;
 }
@@ -35,9 +41,9 @@ TEST_CASE("Every form of an option that getopt_long_only accepts is accepted", "
         "-r -s 5 50 50 50 -h 0.3", "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.3 -h 0.3"}) {
     CAPTURE(line);
     const CommandLine c = parse(line);
-    CHECK(c.options().hematocrit == 0.3);
-    REQUIRE(c.sizes);
-    CHECK((*c.sizes)[2] == "50");
+    CHECK(c.request.hematocrit == 0.3);
+    REQUIRE(c.request.boxSize);
+    CHECK((*c.request.boxSize)[2] == 50);
   }
 }
 
@@ -48,43 +54,43 @@ TEST_CASE("Every option of packCells is accepted", "[command_line]") {
       "--allowRotate --scale 0.3 --maxiter 1000");
   const char* names[] = {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko", "egg"};
   for (int i = 0; i < 8; ++i) CHECK(countOf(c, names[i]) == i + 1);
-  const Request s = c.options();
+  const Request s = c.request;
   CHECK(findSpecies(s, "egg")->ellipsoidAxes == packmesh::Vec3(3, 4, 5));
   CHECK(s.rotate == false);
   CHECK(s.maxIterations == 1000);
   CHECK(s.ignoredScale == 0.3);
-  CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").options().plateletRatio == 0.1);
+  CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").request.plateletRatio == 0.1);
 }
 
 TEST_CASE("Methods and sources of planes are selected by name", "[command_line]") {
-  CHECK(!parse("9 9 9 --rbc 1").options().states("method"));
-  CHECK(parse("9 9 9 --rbc 1 --method cat").options().method == Method::cat);
-  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").options().method == Method::relaxation);
-  CHECK(parse("9 9 9 --rbc 1 --builder chords").options().cat.planeSource == packmesh::PlaneSource::chords);
-  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").options().cat.planeSource ==
+  CHECK(!parse("9 9 9 --rbc 1").request.states("method"));
+  CHECK(parse("9 9 9 --rbc 1 --method cat").request.method == Method::cat);
+  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").request.method == Method::relaxation);
+  CHECK(parse("9 9 9 --rbc 1 --builder chords").request.cat.planeSource == packmesh::PlaneSource::chords);
+  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").request.cat.planeSource ==
         packmesh::PlaneSource::catFaces);
-  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").options(),
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").request,
                     Contains("--builder") && Contains("chords") && Contains("cat-faces"));
-  CHECK(parse("9 9 9 --rbc 1 --escape").options().cat.usesReserve());
-  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").options(), Contains("cat"));
+  CHECK(parse("9 9 9 --rbc 1 --escape").request.cat.usesReserve());
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").request, Contains("cat"));
 }
 
 TEST_CASE("Unique prefixes of packCells' options remain unique", "[command_line]") {
-  CHECK(parse("9 9 9 --max 7 --rbc 1").options().maxIterations == 7);
+  CHECK(parse("9 9 9 --max 7 --rbc 1").request.maxIterations == 7);
   CHECK(countOf(parse("9 9 9 --v 7"), "vRBC") == 7);
-  CHECK(parse("9 9 9 --noR --rbc 1").options().rotate == false);
-  CHECK(parse("9 9 9 --sc 7 --rbc 1").options().ignoredScale == 7.0);
+  CHECK(parse("9 9 9 --noR --rbc 1").request.rotate == false);
+  CHECK(parse("9 9 9 --sc 7 --rbc 1").request.ignoredScale == 7.0);
   CHECK_THROWS_WITH(parse("9 9 9 --he 0.3"), Contains("ambiguous: --hematocrit or --help"));
   CHECK_THROWS_WITH(parse("9 9 9 --rb 3"), Contains("ambiguous"));
 }
 
 TEST_CASE("Every form of the command is accepted", "[command_line]") {
-  CHECK(parse("config.xml").configFile == std::filesystem::path("config.xml"));
+  CHECK(parse("config.xml").request.config == std::filesystem::path("config.xml"));
   CHECK(parse("check config.xml").command == Command::check);
   const CommandLine box = parse("check --box 1 2 3");
   CHECK(box.command == Command::check);
-  REQUIRE(box.sizes);
-  CHECK(parse("--cylinder x 12.5 50 --rbc 3").options().container->lumen->radius == 12.5);
+  REQUIRE(box.request.boxSize);
+  CHECK(parse("--cylinder x 12.5 50 --rbc 3").request.container->lumen->radius == 12.5);
   CHECK(parse("--help").command == Command::help);
   CHECK(parse("50 50 --help").command == Command::help);
   CHECK(parse("--version").command == Command::version);
@@ -174,4 +180,72 @@ TEST_CASE("No two settings share a name", "[command_line]") {
       CHECK((setting.tag.empty() || setting.values.size() == 1 || value.kind == Kind::axis ||
              value.kind == Kind::plane));
   }
+}
+
+TEST_CASE("A packing section can be a word of the command line", "[command_line]") {
+  const auto request = [](const std::string& section) {
+    return requestToPack(
+               parseCommandLine("packMesh", {"20", "20", "20", section, "--seed", "3", "--plt", "5"}).request)
+        .request;
+  };
+  const Request regions = request(
+      "<packing><hematocrit>0.1</hematocrit><seed>9</seed><species name='PLT' ratio='0.1' wallClearance='1'/>"
+      "<region hematocrit=\"0.2\"><sphere radius=\"3\"/></region></packing>");
+  CHECK(regions.regions.size() == 1);
+  CHECK(regions.hematocrit == 0.1);
+  CHECK(regions.seed == 3);
+  CHECK(regions.boxSize == packmesh::Vec3(20, 20, 20));
+  REQUIRE(findSpecies(regions, "PLT"));
+  CHECK(findSpecies(regions, "PLT")->count == 5);
+  CHECK_FALSE(findSpecies(regions, "PLT")->ratio);
+  CHECK(findSpecies(regions, "PLT")->wallClearance == 1.0);
+  CHECK_THROWS_WITH(request("<packing><hematocrit>0.1</hematocrit><escape>true</escape></packing>"),
+                    Contains("argument:1: <escape>: it is for <method> cat"));
+  CHECK_THROWS_WITH(request("<packing><sed>1</sed></packing>"), Contains("argument:1: <sed>: unknown tag"));
+  CHECK_THROWS_WITH(request("<packings/>"), Contains("argument: expected a section <packing>"));
+  CHECK_THROWS_AS(request("<packing>"), packmesh::InputError);
+  CHECK_THROWS_AS(parseCommandLine("packMesh", {"<packing/>", "<packing/>", "20", "20", "20"}), UsageError);
+  CHECK(parseCommandLine("packMesh", {"<packing><container><sphere radius='5'/></container></packing>"})
+            .request.container->lumen->radius == 5);
+}
+
+TEST_CASE("The words of a request state the same", "[command_line]") {
+  const auto again = [](const Request& request) {
+    const std::vector<std::string> words = wordsOf(request);
+    CAPTURE(words);
+    const Json json = toJson(parseCommandLine(words[0], {words.begin() + 1, words.end()}).request);
+    CHECK(json == toJson(request));
+    return words;
+  };
+  using Words = std::vector<std::string>;
+  const auto same = [&](const std::string& line) {
+    CHECK(again(parse(line).request) == wordsIn("packMesh " + line));
+  };
+  same("config.xml --hematocrit 0.3 --clearance max --report r.html");
+  same("20 30.5 40 --plt 3 --rbc 4 --ends periodic --noRotate --tile 2 1 3 --export csv --export gsd");
+  same("--cylinder x 8 20 --discharge-hematocrit 0.2 --fluid-volume --seed 7");
+  same("--vessel a.stl 0.5 --open-axis z --rbc 3 --start a.h5 --start b.h5 --walls none");
+  same("--sphere 9 --wbc 1 --growth iterations 40 --growth alpha 0.5 --method cat --state=-s.h5");
+  CHECK(again(parse("20 20 20 --rbc 4", "packCells").request)[0] == "packCells");
+  CHECK(again(parse("config.xml --rbc 1 --cell Egg 3 4 4 4 --orient RBC 1 0 0 5 --plt 2").request) ==
+        Words{"packMesh", "config.xml", "--plt", "2",
+              "<packing><species name=\"RBC\" count=\"1\" axis=\"1 0 0\" spread=\"5\"/>"
+              "<species name=\"Egg\" count=\"3\" ellipsoid=\"4 4 4\"/></packing>"});
+  again(parse("config.xml --rbc 1 --stock RBC 2 --start RBC.pos --fixed b.h5 --pre-inlet Xpos --escape "
+              "--pre-inlet-range y 0 42 --pre-inlet-slice last-5 --also-dx 0.25 1 "
+              "--minimum-distance-from-solid RBC 1")
+            .request);
+  Request off = parse("config.xml --rbc 1").request;
+  off = withJson(off, Json::parse(R"({"escape": false, "rotate": true, "hematocritVolume": "lumen"})"), {});
+  CHECK(again(off).at(4) == "--escape=false");
+  again(parseCommandLine(
+            "packMesh",
+            {"9", "9", "9", "--hematocrit", "0.1",
+             "<packing><species name='A' ratio='2'/><container><nodes>4 5 6</nodes><obstacles>"
+             "<sphere radius='2' center='1 2 3'/><mesh file=\"b'&amp;.stl\"/></obstacles></container>"
+             "<region hematocrit='0'><cylinder radius='2' length='3'/></region></packing>"})
+            .request);
+  again(parseCommandLine("packMesh", {"<packing><container><cylinder radius='2' length='9' center='3 4 5'/>"
+                                      "<obstacles><sphere radius='1'/></obstacles></container></packing>"})
+            .request);
 }

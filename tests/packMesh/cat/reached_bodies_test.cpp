@@ -17,18 +17,18 @@ using namespace packmesh;
 
 namespace {
 
-constexpr double edge = 20.0;  // of the box
+constexpr double boxEdge = 20.0;  // of the box
 
 /// Red cells around their axes y at full size, in a row along y in a periodic box.
 struct Row {
-  Physics physics = test::redCellProblem(test::periodicCube(edge), 0.1).physics;
+  Physics physics = test::redCellProblem(test::periodicCube(boxEdge), 0.1).physics;
   std::vector<Body> cells;
   ChordPlanes chords{physics};
 
   explicit Row(const std::vector<double>& heights) {
     for (const double height : heights) {
       Pose pose;
-      pose.position = {0.5 * edge, height, 0.5 * edge};
+      pose.position = {0.5 * boxEdge, height, 0.5 * boxEdge};
       cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), 0, pose));
     }
   }
@@ -86,7 +86,7 @@ TEST_CASE("Images of a cell have points of their own") {
     CHECK(body.primary == body.shift.isZero(0.0));
     CHECK(points[b] == points[body.object == 0 ? 0 : points.size() - 1]);  // with one neighbour: all the same
   }
-  CHECK(heights == std::set<double>{-edge, 0.0, edge});
+  CHECK(heights == std::set<double>{-boxEdge, 0.0, boxEdge});
 }
 
 TEST_CASE("Where the gap is wide, the vertices of a coarser level of detail are enough") {

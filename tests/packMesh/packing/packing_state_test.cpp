@@ -53,7 +53,7 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
     before = &states[i];
     if (seen > 1 && !newPart && i % (1 + states.size() / 3) != 0 && i + 1 != states.size()) continue;
     CAPTURE(i, static_cast<int>(stage), states[i].position.round, states[i].relaxation.sweeps);
-    writeState(folder.path() / "state.h5", problem, {"by", "hand"}, states[i]);
+    writeState(folder.path() / "state.h5", problem, {"by hand", {}, ""}, states[i]);
     problem.resume = readState(folder.path() / "state.h5", problem);
     const PackingResult rest = pack(problem);
     REQUIRE(rest.outcome == whole.outcome);
@@ -353,7 +353,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
     std::vector<std::size_t> made(1 + random() % 3);
     for (std::size_t& change : made) changes[change = random() % changes.size()](changed);
     CAPTURE(growing, run, made);
-    writeState(folder.path() / "state.h5", problem, {"by", "hand"}, changed);
+    writeState(folder.path() / "state.h5", problem, {"by hand", {}, ""}, changed);
     try {
       problem.resume = readState(folder.path() / "state.h5", problem);
     } catch (const InputError&) {

@@ -26,14 +26,15 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   problem.physics.species[1].name =
       problem.physics.species[0].name + ", region 1";  // two parts of one species
   problem.execution.communicator = ranks;
-  problem.checkpoints =
-      Checkpoints{{}, [&](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
+  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) {
+                                      writeState(file, problem, {"asked", {}, ""}, state);
+                                    }};
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
 
   const StateCells state = readStateCells(file, ranks);
   CHECK(state.certified);
-  CHECK(state.command == std::vector<std::string>{"packMesh"});
+  CHECK(state.record.request == "asked");
   CHECK(ranks.sum(std::int64_t(state.cells.size())) == problem.physics.cellCount());
   REQUIRE(!state.species.empty());
   CHECK(state.species[0].name == problem.physics.species[0].name);
@@ -74,8 +75,9 @@ TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]
     }
     problem.physics.species[0].kind = 0;
     problem.execution.communicator = on;
-    problem.checkpoints =
-        Checkpoints{{}, [=](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
+    problem.checkpoints = Checkpoints{{}, [=](const PackingState& state) {
+                                        writeState(file, problem, {"asked", {}, ""}, state);
+                                      }};
     return problem;
   };
   const PackingProblem problem = problemOn(ranks, place / "state.h5");

@@ -27,12 +27,12 @@ std::string readBytes(const fs::path& file) {
 /// Packs and writes the states it is in after `every` more of them as <prefix>0.h5, <prefix>1.h5, ...
 PackingResult packAndSave(PackingProblem problem, const std::string& prefix, int every) {
   int states = 0;
-  problem.checkpoints = Checkpoints{[] { return true; },
-                                    [&](const PackingState& state) {
-                                      if (states++ % every == 0)
-                                        writeState(prefix + std::to_string(states / every) + ".h5", problem,
-                                                   {"packMesh"}, state);
-                                    }};
+  problem.checkpoints = Checkpoints{
+      [] { return true; },
+      [&](const PackingState& state) {
+        if (states++ % every == 0)
+          writeState(prefix + std::to_string(states / every) + ".h5", problem, {"asked", {}, ""}, state);
+      }};
   return pack(problem);
 }
 

@@ -51,10 +51,19 @@ TEST_CASE("A state reads back unchanged, and its bytes are reproducible") {
   const PackingProblem problem = sampleProblem();
   const PackingState state = sampleState(problem);
   REQUIRE(state.cells.size() > 50);
-  writeState(file, problem, {"packMesh", "25 25 25", "two\nlines", ""}, state);
+  const StateRecord record = {
+      "what was\nasked for", {{"a", 2, {1.0, 2.5, -3.0, 1e300}}, {"b\nc", 1, {}}}, ""};
+  writeState(file, problem, record, state);
 
   const StateHead head = readStateHead(file);
-  REQUIRE(head.command == std::vector<std::string>{"packMesh", "25 25 25", "two\nlines", ""});
+  CHECK(head.record.request == record.request);
+  CHECK(head.record.origin.empty());
+  REQUIRE(head.record.inputs.size() == 2);
+  for (int i = 0; i < 2; ++i) {
+    CHECK(head.record.inputs[i].name == record.inputs[i].name);
+    CHECK(head.record.inputs[i].columns == record.inputs[i].columns);
+    CHECK(head.record.inputs[i].values == record.inputs[i].values);
+  }
   REQUIRE(head.cells == state.cellCount);
   REQUIRE(head.files.empty());
   const FilesOfState together = {{"RBC.pos", "0a1b"}, {"a b.pos", "2c"}};
@@ -73,7 +82,7 @@ TEST_CASE("A state reads back unchanged, and its bytes are reproducible") {
   REQUIRE(found.relaxation.disturbed == state.relaxation.disturbed);
   REQUIRE(found.relaxation.counts == state.relaxation.counts);
   REQUIRE(found.relaxation.blocks == state.relaxation.blocks);
-  writeState(again, problem, head.command, found);
+  writeState(again, problem, head.record, found);
   REQUIRE(readBytes(again) == readBytes(file));
   REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
 }
@@ -123,10 +132,10 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
   }
   SECTION("another version") {
     std::string other = bytes;
-    const std::string version = ", version 2\n";
+    const std::string version = ", version 3\n";
     other.replace(other.find(version), version.size(), ", version 99");
     writeBytes(file, other);
-    REQUIRE_THAT(refusal(), Contains("version 99") && Contains("this packMesh reads version 2"));
+    REQUIRE_THAT(refusal(), Contains("version 99") && Contains("this packMesh reads version 3"));
   }
   SECTION("a number changed") {
     const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);

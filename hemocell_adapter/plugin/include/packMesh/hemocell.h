@@ -9,7 +9,8 @@
 
 #include <algorithm>
 #include <map>
-#include <sstream>
+#include <string>
+#include <vector>
 
 #include <hemocell.h>
 #include "packMesh/checkpoint.h"
@@ -38,30 +39,19 @@ struct PackingOptions {
 
 namespace plugin {
 
-inline std::string textOf(double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
-}
-
 inline Request requestOf(const PackingOptions& options) {
   Request request;
-  const auto add = [&](const std::string& name, const std::string& value) {
-    request.words.push_back("--" + name);
-    request.words.push_back(value);
-  };
-  if (options.hematocrit >= 0.0) add("hematocrit", textOf(options.hematocrit));
-  if (options.seed >= 0) add("seed", std::to_string(options.seed));
-  if (options.clearance >= 0.0) add("clearance", textOf(options.clearance));
-  if (options.wallClearance >= 0.0) add("wall-clearance", textOf(options.wallClearance));
-  if (!options.method.empty()) add("method", options.method);
-  if (!options.stateFile.empty()) add("state", options.stateFile);
-  if (!options.posFolder.empty()) add("output-dir", options.posFolder);
-  if (!options.periodic) add("ends", "closed");
-  request.words.insert(request.words.end(), options.more.begin(), options.more.end());
-  request.counts.insert(options.counts.begin(), options.counts.end());
+  request.hematocrit = options.hematocrit;
+  request.counts = options.counts;
   request.ratios = options.ratios;
+  request.seed = options.seed;
+  request.clearance = options.clearance;
+  request.wallClearance = options.wallClearance;
+  request.method = options.method;
+  request.stateFile = options.stateFile;
+  request.posFolder = options.posFolder;
+  request.periodic = options.periodic;
+  request.more = options.more;
   return request;
 }
 

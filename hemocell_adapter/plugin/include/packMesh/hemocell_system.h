@@ -41,11 +41,17 @@ struct System {
   std::vector<Block> blocks;
 };
 
-/// What to pack.
+/// What to pack: PackingOptions without what is about the system. Everything that is not set is as
+/// `<packing>` says, or the program's default.
 struct Request {
-  std::vector<std::string> words;              ///< options of the program packMesh
-  std::map<std::string, std::int64_t> counts;  ///< as `<species name="..." count="..."/>` in `<packing>`
+  double hematocrit = -1.0;  ///< negative: not set, here and below
+  std::map<std::string, long> counts;
   std::map<std::string, double> ratios;
+  long seed = -1;
+  double clearance = -1.0, wallClearance = -1.0;  ///< [µm]
+  std::string method, stateFile, posFolder;       ///< empty: not set
+  bool periodic = true;
+  std::vector<std::string> more;  ///< options of the program packMesh
 };
 
 /// A cell with vertices in a block of this rank, in one of its images.
