@@ -14,7 +14,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-constexpr std::string_view blanks = " \t\r\v\f";
+constexpr std::string_view separators = " \t\r\v\f";
 
 /// Larger positions [µm] and angles [degrees] are probably errors; the certificate relies on this bound
 /// (tolerance::culling).
@@ -30,10 +30,10 @@ std::string quoted(std::string_view text) {
 
 std::vector<std::string_view> fieldsOf(std::string_view line) {
   std::vector<std::string_view> fields;
-  for (std::size_t begin = line.find_first_not_of(blanks); begin != line.npos;) {
-    const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
+  for (std::size_t begin = line.find_first_not_of(separators); begin != line.npos;) {
+    const std::size_t end = std::min(line.find_first_of(separators, begin), line.size());
     fields.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(blanks, end);
+    begin = line.find_first_not_of(separators, end);
   }
   return fields;
 }
@@ -65,7 +65,7 @@ std::string_view takeLine(std::string_view& text) {
 }  // namespace
 
 bool isBlank(std::string_view text) {
-  return text.find_first_not_of(blanks) == text.npos;
+  return text.find_first_not_of(separators) == text.npos;
 }
 
 LineCounts countLines(std::string_view text) {

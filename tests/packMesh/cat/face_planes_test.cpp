@@ -26,7 +26,7 @@ struct Built {
   }
 };
 
-std::size_t constraintCount(const PlaneConstraints& planes) {
+std::size_t planesIn(const PlaneConstraints& planes) {
   std::size_t count = 0;
   for (const auto& of : planes) count += of.size();
   return count;
@@ -120,13 +120,13 @@ TEST_CASE("Faces of slivers are omitted", "[cat]") {
   REQUIRE(split.faces.size() == 2);
   const MeshHierarchy anyMesh(sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0)));
   const std::vector<PlacedMesh> objects(2, {&anyMesh, Placement()});
-  CHECK(constraintCount(planesOfFaces(t, split, objects, 0.0)) == 8);
-  CHECK(constraintCount(planesOfFaces(t, split, objects, 0.3)) == 8);  // edges cross the gap straight on
+  CHECK(planesIn(planesOfFaces(t, split, objects, 0.0)) == 8);
+  CHECK(planesIn(planesOfFaces(t, split, objects, 0.3)) == 8);  // edges cross the gap straight on
   // The same four points, but now the two sides are on edges that nearly meet: the normal is across both.
   t.labels = {0, 0, 1, 1, 0, 0, 0, 1};
   splitChordally(t, WallFaces::midGap, split);
-  CHECK(constraintCount(planesOfFaces(t, split, objects, 0.0)) == 8);
-  CHECK(constraintCount(planesOfFaces(t, split, objects, 0.3)) == 4);
+  CHECK(planesIn(planesOfFaces(t, split, objects, 0.0)) == 8);
+  CHECK(planesIn(planesOfFaces(t, split, objects, 0.3)) == 4);
 }
 
 TEST_CASE("Only planes further away than a cell can move are omitted", "[cat]") {

@@ -9,6 +9,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/growing.h"
+#include "tests/support/packings.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 

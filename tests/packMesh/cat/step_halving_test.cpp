@@ -26,7 +26,7 @@ struct Spheres {
   }
 };
 
-std::unique_ptr<Container> cubeOf(double edge, bool periodic) {
+std::unique_ptr<Container> roomOf(double edge, bool periodic) {
   return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
 }
 
@@ -50,7 +50,7 @@ bool sameBits(const Pose& a, const Pose& b) {
 }  // namespace
 
 TEST_CASE("Steps that keep cells apart are applied entirely") {
-  Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
+  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 2.5);
@@ -61,7 +61,7 @@ TEST_CASE("Steps that keep cells apart are applied entirely") {
 }
 
 TEST_CASE("Only the steps of an offending pair are halved") {
-  Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
+  Spheres s(roomOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))},
                   s.state, sums);
@@ -73,7 +73,7 @@ TEST_CASE("Only the steps of an offending pair are halved") {
 }
 
 TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the bit") {
-  Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
+  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
   const std::vector<Body> before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
   turn.rotation = Vec3(0.1, 0.2, 0.3);
@@ -86,7 +86,7 @@ TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the
 }
 
 TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are reverted") {
-  Spheres s(cubeOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
+  Spheres s(roomOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 1.25);
@@ -97,7 +97,7 @@ TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are
 }
 
 TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
-  Spheres s(cubeOf(10.0, true),
+  Spheres s(roomOf(10.0, true),
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.physics.clearance = 0.3;
   StepHalvingSums sums;
@@ -111,7 +111,7 @@ TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
 TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const Physics physics = test::physicsOf({test::redCellShape()}, cubeOf(14.0, true));
+  const Physics physics = test::physicsOf({test::redCellShape()}, roomOf(14.0, true));
   std::vector<Body> state = test::seeded(physics, {8}, 0.2);
   StepHalvingSums sums;
   for (int round = 0; round < 40; ++round) {

@@ -28,7 +28,7 @@ TriangleMesh opened(TriangleMesh mesh, const std::vector<double>& planes) {
   return mesh;
 }
 
-std::string refusalOf(TriangleMesh mesh) {
+std::string refusalToClose(TriangleMesh mesh) {
   std::vector<CappedOpening> capped;
   try {
     repairClosed(mesh, "tube.stl", &capped);
@@ -38,8 +38,6 @@ std::string refusalOf(TriangleMesh mesh) {
   }
   return "no error";
 }
-
-const Vec3 one = Vec3::Ones();
 
 }  // namespace
 
@@ -110,7 +108,7 @@ TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometr
   TriangleMesh tube = opened(sample::straightTube(0.0, 30.0, 5.0, 7, 24), {30.0});
   for (Vec3& v : tube.vertices)
     if (v.x() > 29.0) v.x() += 0.02 * v.y() * v.y();
-  const std::string bent = refusalOf(tube);
+  const std::string bent = refusalToClose(tube);
   CHECK_THAT(bent, Contains("the opening at (30.3333, ") &&
                        Contains("with 24 edges is not flat: it deviates from a plane by 0.333"));
   CHECK_THAT(bent, Contains("Cut the end off by a plane, or close it in a mesh editor"));
@@ -125,13 +123,13 @@ TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometr
   // A ring between two tubes.
   TriangleMesh ring = opened(sample::straightTube(0.0, 30.0, 5.0, 7, 24), {30.0});
   sample::append(ring, opened(sample::straightTube(5.0, 30.0, 2.0, 7, 12), {30.0}));
-  CHECK_THAT(refusalOf(ring), Contains("surrounds another one in the same plane"));
+  CHECK_THAT(refusalToClose(ring), Contains("surrounds another one in the same plane"));
 
   // Two triangles that meet in a vertex.
   TriangleMesh open;
   open.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
   open.triangles = {{0, 1, 2}, {0, 3, 4}};
-  CHECK_THAT(refusalOf(open), Contains("several openings meet at (0, 0, 0)"));
+  CHECK_THAT(refusalToClose(open), Contains("several openings meet at (0, 0, 0)"));
 }
 
 TEST_CASE("Holes that are nearly flat are closed where that is allowed", "[geometry][openings]") {
@@ -143,7 +141,7 @@ TEST_CASE("Holes that are nearly flat are closed where that is allowed", "[geome
     if (std::any_of(t.begin(), t.end(), [&](int v) { return whole.vertices[v].x() < 28.0; }))
       mesh.triangles.push_back(t);
   mesh.vertices = whole.vertices;
-  CHECK_THAT(refusalOf(mesh), Contains("is not flat: it deviates from a plane by 0.25"));
+  CHECK_THAT(refusalToClose(mesh), Contains("is not flat: it deviates from a plane by 0.25"));
   std::vector<CappedOpening> capped;
   repairClosed(mesh, "x", &capped, tolerance::flatHoleFraction);
   REQUIRE(capped.size() == 1);
