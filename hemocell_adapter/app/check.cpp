@@ -174,7 +174,7 @@ class CheckReport {
   }
 
   void printSelfIntersecting() const {
-    if (problem_.membranes.empty()) return;
+    if (!problem_.hasDeformed()) return;
     log::info(fmt::format("Cells that intersect themselves: {}", certificate_.selfIntersecting.size()));
     FaultList list;
     for (const SelfIntersectingCell& one : certificate_.selfIntersecting)
@@ -211,7 +211,7 @@ class CheckReport {
   std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
     for (const PlacedCell& cell : found_.cells)
-      if (chosen(problem_.speciesOf(cell.species))) positions.push_back(cell.placement.translation);
+      if (chosen(cell.species)) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
       if (chosen(int(s)))

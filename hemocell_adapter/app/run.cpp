@@ -94,7 +94,7 @@ std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
     const Failure failure = failureOfException();
     if (!state || failure.code != ExitCode::cannotWrite) throw;
     stateWritten = false;
-    if (!problem.membranes.empty()) {
+    if (problem.hasDeformed()) {
       rescue(packing, *state);
       throw;
     }

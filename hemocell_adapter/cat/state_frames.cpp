@@ -27,20 +27,25 @@ bool isFrame(const fs::path& file) {
 
 PackingTables tablesOf(const std::vector<PlacedCell>& own, const PackingProblem& problem) {
   PackingTables tables;
-  std::vector<std::int64_t> counts(problem.physics.species.size());
+  const Physics& physics = problem.physics;
+  const bool withShapes = physics.hasDeformed();
+  std::vector<std::int64_t> counts(physics.species.size());
   CellColumn scales{"scale", 1, {}};
   for (const PlacedCell& cell : own) {
     const double scale = std::cbrt(cell.placement.linear.determinant());
     tables.kind.push_back(cell.species);
+    if (withShapes)
+      tables.vertices.push_back(physics.isDeformed(cell) ? &physics.shapeOf(cell).mesh().vertices : nullptr);
     tables.poses.push_back(
         {scale, Quaternion(Mat3(cell.placement.linear / scale)), cell.placement.translation});
     scales.values.push_back(scale);
     ++counts[cell.species];
   }
   problem.execution.communicator.sum(counts);
-  for (std::size_t s = 0; s < counts.size(); ++s)
-    tables.kinds.push_back(
-        {problem.physics.species[s].name, &problem.physics.species[s].shape->mesh(), counts[s]});
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    const Species& species = physics.species[s];
+    tables.kinds.push_back({species.kindName(), &physics.shapeOf(species).mesh(), counts[s]});
+  }
   tables.columns.push_back(std::move(scales));
   return tables;
 }

@@ -21,14 +21,14 @@ std::shared_ptr<const Engine> engineFor(const Problem& problem, const PackedPart
   if (engine->settings.escape)
     for (const Part& part : packed.parts)
       engine->settings.escape->reserve.push_back(
-          part.number == part.species ? problem.species[part.species].stock : 0);
+          part.cells.usesTemplate() ? problem.species[part.species].stock : 0);
   return engine;
 }
 
 std::vector<NamedMesh> catCellsOf(const std::vector<PlacedCell>& all, const Physics& physics) {
   TetrahedraInput input;
   for (const PlacedCell& cell : all)
-    input.objects.push_back({&physics.species[cell.species].shape->hierarchy(), cell.placement});
+    input.objects.push_back({&physics.shapeOf(cell).hierarchy(), cell.placement});
   std::optional<MeshHierarchy> lumen;
   if (physics.container->wall()) lumen.emplace(physics.container->surface());
   input.container = lumen ? &*lumen : nullptr;

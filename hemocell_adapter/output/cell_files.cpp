@@ -29,6 +29,7 @@ class CellFiles {
         result_(result),
         counts_(counts),
         state_(state),
+        deformed_(deformedCounts(problem, result.cells)),
         shared_(problem.ranks) {}
 
   std::vector<fs::path> operator()() {
@@ -53,7 +54,7 @@ class CellFiles {
         old_.insert(file);
         continue;
       }
-      if (hasMembranes(problem_, int(s))) {
+      if (deformed_[s] > 0) {
         log::info(fmt::format(
             "{0}.pos is not written: it cannot have cells with meshes of their own{1}",
             problem_.species[s].name,
@@ -99,7 +100,7 @@ class CellFiles {
   std::vector<std::string> posLines(int species, const Vec3& shift) const {
     std::vector<std::size_t> own;
     for (std::size_t i = 0; i < result_.cells.size(); ++i)
-      if (problem_.speciesOf(result_.cells[i].species) == species) own.push_back(i);
+      if (result_.cells[i].species == species) own.push_back(i);
     constexpr std::int64_t linesOfPiece = 4096;
     const auto count = static_cast<std::int64_t>(own.size());
     std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));
@@ -122,6 +123,7 @@ class CellFiles {
   const PackingResult& result_;
   const std::vector<std::int64_t>& counts_;
   const std::optional<ResultState>& state_;
+  std::vector<std::int64_t> deformed_;  ///< per species: cells with meshes of their own, of all ranks
   std::vector<fs::path> paths_;
   FilesOfState written_;                              ///< those in the folder of the state
   std::set<fs::path> old_;                            ///< may be of an earlier packing
@@ -130,11 +132,6 @@ class CellFiles {
 };
 
 }  // namespace
-
-bool hasMembranes(const Problem& problem, int species) {
-  return std::any_of(problem.membranes.begin(), problem.membranes.end(),
-                     [&](const Membrane& one) { return one.species == species; });
-}
 
 std::vector<fs::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
                                      const PackingResult& result, const std::vector<std::int64_t>& counts,

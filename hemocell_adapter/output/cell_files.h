@@ -14,12 +14,10 @@
 
 namespace packmesh::hemocell {
 
-/// Whether cells of a species have meshes of their own, so that it has no .pos file.
-bool hasMembranes(const Problem& problem, int species);
-
 /// Writes them, all or none, and with them the state of the result. Every rank writes its cells, in the order
-/// of the ranks. What an earlier packing has left under the names of species that have no .pos file now, or
-/// has written with the state that is replaced, is renamed to RBC.pos.old. All ranks call.
+/// of the ranks. A species of which cells have meshes of their own has no file. What an earlier packing has
+/// left under the names of species that have no .pos file now, or has written with the state that is
+/// replaced, is renamed to RBC.pos.old. All ranks call.
 /// @param counts of all ranks, per species
 /// @param state nothing: an older state file is renamed
 /// @return the .pos files

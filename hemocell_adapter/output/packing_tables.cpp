@@ -54,10 +54,11 @@ PackingTables tablesOf(const Finished& done, const CellMeasures& measures) {
   together(done.ranks(), [&] { tables = emptyTables(done.problem, done.tally.counts); });
   CellColumn angles{"angles", 3, {}};
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
-    const int number = result.cells[i].species, species = done.problem.speciesOf(number);
-    tables.kind.push_back(species);
-    if (!done.problem.membranes.empty())
-      tables.vertices.push_back(number == species ? nullptr : &done.problem.shapeOf(number).mesh().vertices);
+    const PlacedCell& cell = result.cells[i];
+    tables.kind.push_back(cell.species);
+    if (done.problem.hasDeformed())
+      tables.vertices.push_back(
+          done.problem.isDeformed(cell) ? &done.problem.shapes[cell.shape]->mesh().vertices : nullptr);
     const PosLine line = done.problem.read.lineOf(result.poses[i]);
     tables.poses.push_back({1.0, result.poses[i].orientation, line.position});
     angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);

@@ -82,7 +82,7 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
   }
   std::int64_t deformed = 0;
   for (const auto* const cells : {&s.fixed, &s.start})
-    for (const PresentCell& cell : *cells) deformed += cell.membrane >= 0;
+    for (const PresentCell& cell : *cells) deformed += cell.shape >= 0;
   if (deformed > 0)
     lines.push_back(fmt::format("{}: {} of these have meshes of their own", s.name, deformed));
   if (s.cone)
@@ -126,12 +126,15 @@ std::vector<std::string> regionLines(const Problem& problem, const std::vector<P
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const CellSpecies& species = problem.species[parts[p].species];
       if (!species.redCell) continue;
-      std::int64_t here = parts[p].region == int(r) ? counts[p] : 0;
-      if (parts[p].cells.freedom.fixed)
-        for (const Pose& pose : parts[p].cells.start)
-          here += regionAt(problem.lumen.regions, pose.position) == int(r);
+      const std::int64_t here = parts[p].region == int(r) ? counts[p] : 0;
       cells += here;
-      volume += double(here) * parts[p].cells.shape->volume();
+      volume += double(here) * meanVolume(parts[p].cells, problem.shapes);
+      if (!parts[p].cells.freedom.fixed) continue;
+      parts[p].cells.forEachStart([&](int shape, const Pose& pose) {
+        if (regionAt(problem.lumen.regions, pose.position) != int(r)) return;
+        ++cells;
+        volume += problem.shapes[shape]->volume();
+      });
     }
     lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
                                 problem.lumen.regions[r].name,
@@ -157,28 +160,27 @@ std::vector<std::string> profileLines(const Problem& problem,
 }
 
 std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Part>& parts,
-                                    const std::vector<std::int64_t>& counts) {
+                                    const std::vector<std::int64_t>& counts,
+                                    const std::vector<std::int64_t>& deformed) {
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const SpeciesRequest* const asked = findSpecies(problem.request, problem.species[s].name);
     if (!asked || !asked->inBlood) continue;
-    std::int64_t deformed = 0, templates = 0, started = 0;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (parts[p].species != int(s)) continue;
-      (parts[p].number == int(s) ? templates : deformed) += counts[p];
-      started += std::min<std::int64_t>(std::int64_t(parts[p].cells.start.size()), counts[p]);
-    }
+    std::int64_t ofTemplate = counts[s] - deformed[s], own = deformed[s], started = 0;
+    for (const Part& part : parts)
+      if (part.species == int(s)) started += part.cells.placed();
+    started = std::min(started, counts[s]);
     std::int64_t there = 0;
     for (const auto* const cells : {&problem.species[s].start, &problem.species[s].blood.crowded})
       for (const PresentCell& cell : *cells) {
-        std::int64_t& left = cell.membrane < 0 ? templates : deformed;
+        std::int64_t& left = cell.shape < 0 ? ofTemplate : own;
         if (left == 0 || there == started) continue;
         --left;
         ++there;
       }
     lines.push_back(fmt::format("{}: {} repeated cells of {}, {} more with its meshes, {} with the template",
-                                problem.species[s].name, there, problem.request.blood->string(), deformed,
-                                templates));
+                                problem.species[s].name, there, problem.request.blood->string(), own,
+                                ofTemplate));
   }
   return lines;
 }

@@ -44,9 +44,10 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
 /// Description of the result if not all cells could be packed.
 std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally);
 
-/// Where the cells of flowing blood are from, by species. @param counts of the parts
+/// Where the cells of flowing blood are from. @param counts of the species, and of their deformed cells
 std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Part>& parts,
-                                    const std::vector<std::int64_t>& counts);
+                                    const std::vector<std::int64_t>& counts,
+                                    const std::vector<std::int64_t>& deformed);
 /// Red cells and hematocrit of each region, by where their centres are. @param counts of the parts
 std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
                                      const std::vector<std::int64_t>& counts);

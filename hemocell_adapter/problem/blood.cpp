@@ -133,28 +133,25 @@ struct Fitting {
 
 Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
   const Physics physics = physicsOf(problem);
-  const auto placedOf = [&](int species, const PresentCell& cell) {
-    return PlacedCell{problem.numberOf(species, cell), placementOf(cell)};
-  };
   std::vector<char> fits(copies.size(), 0);
   problem.team.forEach(std::int64_t(copies.size()), [&](std::int64_t i, int) {
-    const PlacedCell cell = placedOf(copies[i].species, copies[i].cell);
+    const PlacedCell cell = problem.placed(copies[i].species, copies[i].cell);
     const Wall* const wall = problem.lumen.container->wall();
-    fits[i] = !(wall &&
-                wall->examine({problem.shapeOf(cell.species).hierarchy(), cell.placement}, 0.0).violation) &&
-              !hemocellViolation(problem, cell, Loading::plugIn);
+    fits[i] =
+        !(wall && wall->examine({problem.shapes[cell.shape]->hierarchy(), cell.placement}, 0.0).violation) &&
+        !hemocellViolation(problem, cell, Loading::plugIn);
   });
   // Cells that exist already stay.
   std::vector<PlacedCell> cells;
   for (std::size_t s = 0; s < problem.species.size(); ++s)
     for (const auto* const present : {&problem.species[s].fixed, &problem.species[s].start})
-      for (const PresentCell& cell : *present) cells.push_back(placedOf(int(s), cell));
+      for (const PresentCell& cell : *present) cells.push_back(problem.placed(int(s), cell));
   const auto others = std::int64_t(cells.size());
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < copies.size(); ++i) {
     if (!fits[i]) continue;
     numbers.push_back(i);
-    cells.push_back(placedOf(copies[i].species, copies[i].cell));
+    cells.push_back(problem.placed(copies[i].species, copies[i].cell));
   }
   std::vector<char> leaves(cells.size(), 0);
   for (const OverlappingPair& pair : findOverlaps(certificateInputOf(physics, cells, problem.team)))
@@ -248,14 +245,13 @@ void addBlood(Problem& problem) {
   }
   addOwnMeshes(problem, meshes, file, SelfIntersecting::undeform);
   for (const OwnMesh& mesh : meshes)
-    if (mesh.cell->membrane >= 0)
-      problem.species[mesh.species].blood.membranes.push_back(mesh.cell->membrane);
+    if (mesh.cell->shape >= 0) problem.species[mesh.species].blood.shapes.push_back(mesh.cell->shape);
   std::vector<Copy> copies;
   const Box bounds = problem.lumen.container->bounds();
   for (std::size_t i = 0; i < cells.size(); ++i)
     piece.forEachCopy(blood.cells[i].pose, bounds, [&](const Pose& pose) {
       PresentCell copy = posLineOf(pose);
-      copy.membrane = cells[i].membrane;
+      copy.shape = cells[i].shape;
       copies.push_back({speciesOf[blood.cells[i].species], copy});
     });
   const Fitting found = fitting(problem, copies);

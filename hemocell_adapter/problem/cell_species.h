@@ -13,7 +13,7 @@
 #include "hemocell_adapter/hemocell/acceptance.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "packMesh/problem/freedom.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh::hemocell {
 
@@ -24,14 +24,14 @@ struct PresentCell : PosLine {
   /// Of a mesh of its own, in the order and frame of the template [µm], until Problem has a shape of it;
   /// empty: it has the mesh of the template.
   std::vector<Vec3> vertices;
-  int membrane = -1;  ///< then: index into Problem::membranes
+  int shape = -1;  ///< then: index into Problem::shapes
 };
 
 /// What flowing blood provides for further cells of a species.
 struct FlowingBlood {
   std::int64_t cells = 0;            ///< of the piece
   std::vector<PresentCell> crowded;  ///< cells that meet others, which start the first of them
-  std::vector<int> membranes;        ///< that they have; empty: the template
+  std::vector<int> shapes;           ///< that they have; empty: the template
 };
 
 /// What is to be built of a SpeciesRequest: template, existing cells, and how their number is determined.

@@ -41,9 +41,8 @@ constexpr double leastSeconds = 1e-9;
 bool givenWhole(const Problem& problem) {
   for (const CellSpecies& species : problem.species)  // profiles give initial poses to all others
     if (std::int64_t(species.fixed.size() + species.start.size()) < species.count) return false;
-  return std::all_of(problem.atDemanded.parts.begin(), problem.atDemanded.parts.end(), [](const Part& part) {
-    return std::int64_t(part.cells.start.size()) >= part.cells.count;
-  });
+  return std::all_of(problem.atDemanded.parts.begin(), problem.atDemanded.parts.end(),
+                     [](const Part& part) { return part.cells.placed() >= part.cells.count; });
 }
 
 /// Doubles the clearance between membranes as long as that succeeds, then halves the step.

@@ -147,6 +147,7 @@ bool findsPlace(const Problem& problem, int s, const RoomSample& room) {
   PackingProblem packing;
   packing.physics.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
   packing.physics.species.front().start = {Pose()};
+  packing.physics.shapes = problem.shapes;
   packing.physics.container = problem.lumen.container;
   packing.physics.wallClearance = problem.atDemanded.clearances.wall;
   packing.physics.rotate = problem.request.rotate;

@@ -107,7 +107,7 @@ std::vector<std::string> limitWarnings(const Problem& problem, const std::vector
 namespace {
 
 /// Makes the shapes of the deformed cells of a species.
-void addMembranes(Problem& problem, int s, bool packs) {
+void addDeformed(Problem& problem, int s, bool packs) {
   CellSpecies& species = problem.species[s];
   const auto add = [&](std::vector<PresentCell>& cells, const std::string& file, SelfIntersecting what) {
     std::vector<OwnMesh> meshes;
@@ -130,12 +130,11 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans, bool packs) {
     std::shared_ptr<const Shape>& shape = shapes[keyOf(plan)];
     if (!shape) shape = shapeOf(plan, problem.request.dx, problem.team, problem.repairs);
     CellSpecies& species = problem.species.emplace_back(std::move(plan));
-    species.shape = shape;
+    problem.shapes.push_back(species.shape = shape);
     species.countedVolume = species.meanVolume = shape->volume();
     if (species.redCell && problem.request.redCellVolume)
       species.countedVolume = *problem.request.redCellVolume;
     refuseHeapedStart(species);
-    addMembranes(problem, int(problem.species.size()) - 1, packs);
     if (problem.lumen.lattice) {
       const int distance = species.minimumDistanceFromSolid;
       std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
@@ -144,6 +143,7 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans, bool packs) {
       species.others = otherAcceptances(species, problem.lumen);
     }
   }
+  for (std::size_t s = 0; s < problem.species.size(); ++s) addDeformed(problem, int(s), packs);
 }
 
 /// Clearances and layers for which this lumen has no wall.
@@ -174,10 +174,12 @@ void chooseTubeHematocrit(Problem& problem) {
 
 /// Takes the mean volumes of the cells that are placed. @return whether other numbers of them follow
 bool takeVolumes(Problem& problem) {
-  if (problem.membranes.empty()) return false;
+  if (!problem.hasDeformed()) return false;
   std::vector<double> volumes(problem.species.size(), 0.0);
   for (const Part& part : problem.atDemanded.parts)
-    volumes[part.species] += double(part.cells.count) * part.cells.shape->volume();
+    part.cells.forEachShape([&](int shape, std::int64_t cells) {
+      volumes[part.species] += double(cells) * problem.shapes[shape]->volume();
+    });
   std::vector<std::int64_t> before;
   for (std::size_t s = 0; s < volumes.size(); ++s) {
     CellSpecies& species = problem.species[s];
@@ -199,12 +201,12 @@ void divideIntoParts(Problem& problem) {
     const std::vector<std::int64_t> numbers = numbersOfCells(problem);
     for (std::size_t s = 0; s < numbers.size(); ++s) problem.species[s].count = numbers[s];
     notices.clear();
-    if (problem.membranes.empty()) examineNumbers(problem);
+    if (!problem.hasDeformed()) examineNumbers(problem);
     if (problem.request.profile) problem.profile = planProfile(problem, notices);
-    if (problem.membranes.empty() && problem.profile) refuseTooDense(problem);
+    if (!problem.hasDeformed() && problem.profile) refuseTooDense(problem);
     problem.atDemanded = partsAt(problem, problem.demanded);
   }
-  if (!problem.membranes.empty()) {
+  if (problem.hasDeformed()) {
     takeVolumes(problem);
     examineNumbers(problem);
     if (problem.profile) refuseTooDense(problem);
@@ -334,13 +336,13 @@ namespace {
 /// A cell of the box that is repeated.
 struct BoxedCell {
   PosLine line;
-  int number;  ///< of its shape
+  int species, shape;
 };
 
 std::vector<BoxedCell> boxedCells(const Problem& problem, const PackingResult& result) {
   std::vector<BoxedCell> own;
   for (std::size_t i = 0; i < result.cells.size(); ++i)
-    own.push_back({problem.read.lineOf(result.poses[i]), result.cells[i].species});
+    own.push_back({problem.read.lineOf(result.poses[i]), result.cells[i].species, result.cells[i].shape});
   return problem.ranks.gatherAll(own);
 }
 
@@ -360,14 +362,14 @@ std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<Bo
   const std::array<int, 3>& times = problem.request.tiles;
   const Vec3& box = *problem.request.boxSize;
   for (const BoxedCell& cell : cells) {
-    std::vector<PresentCell>& images = plans[problem.speciesOf(cell.number)].start;
+    std::vector<PresentCell>& images = plans[cell.species].start;
     for (int x = 0; x < times[0]; ++x)
       for (int y = 0; y < times[1]; ++y)
         for (int z = 0; z < times[2]; ++z) {
           images.emplace_back(
               PosLine{cell.line.position + Vec3(x, y, z).cwiseProduct(box), cell.line.angles});
-          if (cell.number >= int(problem.species.size()))
-            images.back().vertices = problem.shapeOf(cell.number).mesh().vertices;
+          if (cell.shape != cell.species)
+            images.back().vertices = problem.shapes[cell.shape]->mesh().vertices;
         }
   }
   for (SpeciesPlan& species : plans) species.statedCount = std::int64_t(species.start.size());
@@ -412,10 +414,11 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
     physics.species.push_back(part.cells);
-    physics.species.back().kind = part.number;
+    physics.species.back().kind = species.name;
     if (species.ratio && part.cells.count == species.count)
       physics.species.back().asked = *species.ratio * redCells;
   }
+  physics.shapes = problem.shapes;
   physics.container = problem.lumen.container;
   execution.communicator = problem.ranks;
   execution.threads = problem.team;
@@ -425,7 +428,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   physics.seed = request.seed;
   physics.rotate = request.rotate;
   if (request.inColumns) {
-    const auto volume = [](const Species& s) { return double(s.count) * s.shape->volume(); };
+    const auto volume = [&](const Species& s) { return double(s.count) * meanVolume(s, physics.shapes); };
     const auto most =
         std::max_element(physics.species.begin(), physics.species.end(),
                          [&](const Species& a, const Species& b) { return volume(a) < volume(b); });
@@ -437,6 +440,10 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   execution.interrupted = std::move(interrupted);
   execution.progress = std::move(progress);
   return packing;
+}
+
+void nameBySpecies(const PackedParts& packed, PackingResult& result) {
+  for (PlacedCell& cell : result.cells) cell.species = packed.parts[cell.species].species;
 }
 
 }  // namespace packmesh::hemocell

@@ -52,4 +52,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& parts
                                 std::function<bool()> interrupted = {},
                                 std::function<void(const Progress&)> progress = {});
 
+/// Names the cells of a result of packingProblemOf() by the species of the problem instead of its parts.
+void nameBySpecies(const PackedParts& parts, PackingResult& result);
+
 }  // namespace packmesh::hemocell

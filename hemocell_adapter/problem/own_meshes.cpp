@@ -25,13 +25,13 @@ std::string nearText(const PresentCell& cell) {
 /// Those of the cells of a species that intersect themselves where they are.
 std::vector<std::size_t> selfIntersecting(const Problem& problem, int species,
                                           const std::vector<const PresentCell*>& cells) {
-  if (std::all_of(cells.begin(), cells.end(), [](const PresentCell* cell) { return cell->membrane < 0; }))
+  if (std::all_of(cells.begin(), cells.end(), [](const PresentCell* cell) { return cell->shape < 0; }))
     return {};
   const SelfIntersectionFinder finder(problem.species[species].shape->mesh());
   std::vector<char> meets(cells.size(), 0);
   problem.team.forEach(std::int64_t(cells.size()), [&](std::int64_t i, int) {
-    if (cells[i]->membrane < 0) return;
-    const TriangleMesh& mesh = problem.membranes[cells[i]->membrane].shape->mesh();
+    if (cells[i]->shape < 0) return;
+    const TriangleMesh& mesh = problem.shapes[cells[i]->shape]->mesh();
     meets[i] = bool(finder(placedVertices(mesh, placementOf(*cells[i]))));
   });
   std::vector<std::size_t> found;
@@ -48,7 +48,7 @@ void undeform(Problem& problem, const std::vector<OwnMesh>& meshes, const std::s
     if (cells.empty()) continue;
     const std::vector<std::size_t> found = selfIntersecting(problem, int(s), {cells.begin(), cells.end()});
     if (found.empty()) continue;
-    for (const std::size_t i : found) cells[i]->membrane = -1;
+    for (const std::size_t i : found) cells[i]->shape = -1;
     problem.notices.push_back(fmt::format(
         "{}: {} of its {} cells '{}' with meshes of their own intersect{} {}, the first {}; {} the "
         "undeformed shape",
@@ -67,17 +67,16 @@ void addOwnMeshes(Problem& problem, const std::vector<OwnMesh>& meshes, const st
       throw InputError(fmt::format(
           "{}: its cells '{}' have meshes of their own whose triangles are not those of the template", file,
           problem.species[mesh.species].name));
-  const std::size_t first = problem.membranes.size();
-  problem.membranes.resize(first + meshes.size());
+  const std::size_t first = problem.shapes.size();
+  problem.shapes.resize(first + meshes.size());
   problem.team.forEach(std::int64_t(meshes.size()), [&](std::int64_t i, int) {
     PresentCell& cell = *meshes[i].cell;
-    cell.membrane = int(first + i);
-    problem.membranes[first + i] = {meshes[i].species,
-                                    std::make_shared<const Shape>(std::exchange(cell.vertices, {}),
-                                                                  problem.species[meshes[i].species].shape)};
+    cell.shape = int(first + i);
+    problem.shapes[first + i] = std::make_shared<const Shape>(std::exchange(cell.vertices, {}),
+                                                              problem.species[meshes[i].species].shape);
   });
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    const Shape& shape = *problem.membranes[first + i].shape;
+    const Shape& shape = *problem.shapes[first + i];
     const double ofTemplate = problem.species[meshes[i].species].shape->volume();
     if (shape.volume() >= leastVolume * ofTemplate) continue;
     throw InputError(fmt::format(

@@ -22,7 +22,7 @@ enum class SelfIntersecting {
   undeform  ///< they get the mesh of the template, which is told
 };
 
-/// Replaces the vertices of cells by membranes of the problem.
+/// Replaces the vertices of cells by shapes of the problem. Pre: it has those of its species
 /// @param file from which they are, for messages
 /// @throws InputError if the triangles are not those of the template, or a cell is inside out
 void addOwnMeshes(Problem& problem, const std::vector<OwnMesh>& meshes, const std::string& file,

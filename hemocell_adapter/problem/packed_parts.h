@@ -13,9 +13,8 @@ namespace packmesh::hemocell {
 /// Cells of one species with the same constraints, which form a species of the problem that is packed.
 struct Part {
   int species = 0;
-  int number = 0;   ///< of its shape, see Problem::numberOf()
   int region = -1;  ///< in Lumen::regions, or shell of a profile; -1: none
-  Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"
+  Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"; its shapes are Problem::shapes
 };
 
 /// What is packed with these clearances. Made by partsAt() (parts.h).

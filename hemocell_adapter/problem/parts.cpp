@@ -34,7 +34,7 @@ constexpr double overlapOfShells = 0.2;
 /// Where a cell is at the start.
 struct Start {
   Pose pose;
-  int number;  ///< of its shape
+  int shape;  ///< index into Problem::shapes
 };
 
 /// A random subset of `count` of the cells, in their order.
@@ -53,9 +53,9 @@ std::vector<Start> drawn(std::vector<Start> cells, std::int64_t count, std::uint
   return some;
 }
 
-std::vector<Start> startsOf(const Problem& problem, int s, const std::vector<PresentCell>& present) {
+std::vector<Start> startsOf(int s, const std::vector<PresentCell>& present) {
   std::vector<Start> cells;
-  for (const PresentCell& cell : present) cells.push_back({poseOf(cell), problem.numberOf(s, cell)});
+  for (const PresentCell& cell : present) cells.push_back({poseOf(cell), cell.shape < 0 ? s : cell.shape});
   return cells;
 }
 
@@ -63,7 +63,7 @@ std::vector<Start> startsOf(const Problem& problem, int s, const std::vector<Pre
 /// which coinciding cells could be separated.
 std::vector<Start> startOf(const Problem& problem, int s) {
   constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
-  std::vector<Start> cells = startsOf(problem, s, problem.species[s].start);
+  std::vector<Start> cells = startsOf(s, problem.species[s].start);
   std::set<std::array<double, 3>> taken;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Vec3& at = cells[i].pose.position;
@@ -129,11 +129,11 @@ class Parting {
       throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
                                    species.fixedFrom, fixed, species.count, species.name));
     if (fixed > 0) {
-      Part part{s, s, -1, freeCells(problem_, packed_, s, fixed)};
+      Part part{s, -1, freeCells(problem_, packed_, s, fixed)};
       part.cells.name += ", fixed";
       part.cells.freedom.fixed = true;
       part.cells.freedom.cone.reset();
-      add(part, startsOf(problem_, s, species.fixed));
+      add(part, startsOf(s, species.fixed));
     }
     if (problem_.profile && problem_.profile->species[s].isAsked())
       freeInShells(s);
@@ -149,13 +149,13 @@ class Parting {
     const SpeciesRequest* const asked = findSpecies(problem_.request, problem_.species[s].name);
     if (!problem_.request.blood || !asked || !asked->inBlood) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
-    for (const Start& cell : drawn(startsOf(problem_, s, problem_.species[s].blood.crowded), missing(),
+    for (const Start& cell : drawn(startsOf(s, problem_.species[s].blood.crowded), missing(),
                                    problem_.request.seed, std::uint64_t(s)))
       start.push_back(cell);
     std::vector<Pose> there;
     for (const Start& cell : start) there.push_back(cell.pose);
     for (const LikeCell& cell : likeThoseThere(problem_, there, missing(), std::uint32_t(s)))
-      start.push_back({cell.pose, start[cell.like].number});
+      start.push_back({cell.pose, start[cell.like].shape});
     return start;
   }
 
@@ -193,13 +193,13 @@ class Parting {
       const double overlap = overlapOfShells * (profile.edges[1] - profile.edges[0]);
       const double from = j == 0 ? -endless : profile.edges[j] - overlap,
                    to = j + 1 == profile.shells() ? endless : profile.edges[j + 1] + overlap;
-      Part part{s, s, j, freeCells(problem_, packed_, s, counts[j])};
+      Part part{s, j, freeCells(problem_, packed_, s, counts[j])};
       part.cells.name += fmt::format(", {:.3g} to {:.3g} µm deep", profile.edges[j], profile.edges[j + 1]);
       part.cells.freedom.region = std::make_shared<DepthShell>(profile.depth, from, to);
       if (planned.freeLayer > 0.0)
         part.cells.freedom.freeLayer = FreeLayer{profile.depth->wall(), planned.freeLayer};
       for (const Pose& pose : placed[j])
-        start[j].push_back({pose, furtherNumber(s, std::int64_t(start[j].size()))});
+        start[j].push_back({pose, furtherShape(s, std::int64_t(start[j].size()))});
       addFree(std::move(part), std::move(start[j]));
     }
   }
@@ -229,7 +229,7 @@ class Parting {
   /// A part with cells that can move.
   void free(int s, int region, std::int64_t count, std::vector<Start> start) {
     if (count == 0 && region >= 0) return;
-    Part part{s, s, region, freeCells(problem_, packed_, s, count)};
+    Part part{s, region, freeCells(problem_, packed_, s, count)};
     if (region >= 0) {
       part.cells.name +=
           region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
@@ -239,51 +239,47 @@ class Parting {
   }
 
   void addFree(Part part, std::vector<Start> start) {
-    start = drawn(std::move(start), part.cells.count, problem_.request.seed, parts_.size());
+    start = drawn(std::move(start), part.cells.count, problem_.request.seed, stream_);
     if (const auto& cone = part.cells.freedom.cone; problem_.request.rotate && cone)
       for (Start& cell : start) cell.pose.orientation = cone->nearest(cell.pose.orientation);
     add(std::move(part), start);
   }
 
-  /// Number of the shape of a further cell of a species: that of a random one of the blood, if there is
-  /// blood.
-  int furtherNumber(int s, std::int64_t n) const {
-    const std::vector<int>& meshes = problem_.species[s].blood.membranes;
-    if (meshes.empty()) return s;
-    const double u = uniform4(problem_.request.seed, RandomStream::draw, n, std::uint32_t(parts_.size()))[1];
-    return int(problem_.species.size()) + meshes[std::size_t(u * double(meshes.size()))];
+  /// The shape of a further cell of a species: that of a random one of the blood, if there is blood.
+  int furtherShape(int s, std::int64_t n) const {
+    const std::vector<int>& shapes = problem_.species[s].blood.shapes;
+    if (shapes.empty()) return s;
+    const double u = uniform4(problem_.request.seed, RandomStream::draw, n, stream_)[1];
+    return shapes[std::size_t(u * double(shapes.size()))];
   }
 
-  /// A part with these cells at the start, and with further ones. Those with meshes of their own are parts
-  /// before it, one for each mesh.
+  /// A part with these cells at the start, and with further ones. Deformed cells are in the order of their
+  /// shapes.
   void add(Part part, const std::vector<Start>& start) {
-    std::map<int, Part> deformed;  // by number of their shape
-    const auto ownPart = [&, like = part](int number) -> Part& {
-      const auto [found, isNew] = deformed.try_emplace(number, like);
-      Species& cells = found->second.cells;
-      if (isNew) {
-        found->second.number = number;
-        cells.name += ", deformed";
-        cells.shape = problem_.membranes[number - problem_.species.size()].shape;
-        cells.count = 0;
-      }
-      ++cells.count;
-      --part.cells.count;
-      return found->second;
-    };
-    const std::int64_t further = part.cells.count - std::int64_t(start.size());
-    for (const Start& cell : start)
-      (cell.number == part.species ? part : ownPart(cell.number)).cells.start.push_back(cell.pose);
+    Species& cells = part.cells;
+    for (const Start& cell : start) {
+      if (cell.shape == part.species)
+        cells.start.push_back(cell.pose);
+      else
+        cells.deformed.push_back({cell.shape, cell.pose});
+    }
+    const std::int64_t further = cells.count - std::int64_t(start.size());
     for (std::int64_t n = 0; n < further; ++n)
-      if (const int number = furtherNumber(part.species, n); number != part.species) ownPart(number);
-    for (auto& [number, own] : deformed) parts_.push_back(std::move(own));
-    if (part.cells.count > 0 || deformed.empty()) parts_.push_back(std::move(part));
+      if (const int shape = furtherShape(part.species, n); shape != part.species)
+        cells.deformed.push_back({shape, {}});
+    std::stable_sort(cells.deformed.begin(), cells.deformed.end(),
+                     [](const DeformedCell& a, const DeformedCell& b) { return a.shape < b.shape; });
+    stream_ += cells.usesTemplate();
+    for (std::size_t i = 0; i < cells.deformed.size(); ++i)
+      stream_ += i == 0 || cells.deformed[i].shape != cells.deformed[i - 1].shape;
+    parts_.push_back(std::move(part));
   }
 
   const Problem& problem_;
   const PackedParts& packed_;  ///< with its walls
   const std::vector<LumenRegion>& regions_;
   std::vector<Part> parts_;
+  std::uint32_t stream_ = 0;  ///< of random numbers: one for each shape of the parts so far
   std::vector<std::vector<std::int64_t>> toPlace_;  ///< movable red cells, by species and region
 };
 
@@ -321,7 +317,7 @@ int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point) {
 
 Species freeCells(const Problem& problem, const PackedParts& packed, int species, std::int64_t count) {
   const CellSpecies& one = problem.species[species];
-  Species cells{one.name, one.shape, count, packed.walls[species], one.redCell};
+  Species cells{one.name, species, count, packed.walls[species], one.redCell};
   cells.freedom.cone = one.cone;
   cells.freedom.extraWallClearance = one.extraWallClearance(packed.clearances.wall);
   return cells;
@@ -331,8 +327,7 @@ PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
   PackedParts packed;
   packed.clearances = clearances;
   double reach = 0.0;
-  for (const CellSpecies& species : problem.species) reach = std::max(reach, 2 * species.shape->radius());
-  for (const Membrane& membrane : problem.membranes) reach = std::max(reach, 2 * membrane.shape->radius());
+  for (const auto& shape : problem.shapes) reach = std::max(reach, 2 * shape->radius());
   std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
       walls;  // by distance from solid and clearance
   for (const CellSpecies& species : problem.species) {
@@ -363,8 +358,8 @@ std::vector<std::string> examineRegions(const Problem& problem) {
       if (!species.redCell) continue;
       std::int64_t here = part.region == int(r) ? part.cells.count : 0;
       if (part.cells.freedom.fixed)
-        for (const Pose& pose : part.cells.start)
-          here += regionAt(problem.lumen.regions, pose.position) == int(r);
+        part.cells.forEachStart(
+            [&](int, const Pose& pose) { here += regionAt(problem.lumen.regions, pose.position) == int(r); });
       cells += here;
       volume += double(here) * species.countedVolume;
     }

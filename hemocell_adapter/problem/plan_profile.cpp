@@ -303,13 +303,11 @@ std::vector<std::vector<double>> reachedProfile(const Problem& problem,
   for (const CellSpecies& species : problem.species)
     points.push_back(innerPoints(*species.shape, innerPointsOfCell));
   for (const PlacedCell& cell : cells) {
-    const int species = problem.speciesOf(cell.species);
-    if (!plan.species[species].isAsked()) continue;
-    const std::vector<Vec3>& inner = points[species];
-    const auto each =
-        std::llround(problem.shapeOf(cell.species).volume() / double(inner.size()) / volumeStep);
+    if (!plan.species[cell.species].isAsked()) continue;
+    const std::vector<Vec3>& inner = points[cell.species];
+    const auto each = std::llround(problem.shapes[cell.shape]->volume() / double(inner.size()) / volumeStep);
     for (const Vec3& p : inner)
-      steps[species * shells + plan.shellAt((*plan.depth)(cell.placement(p)).distance)] += each;
+      steps[cell.species * shells + plan.shellAt((*plan.depth)(cell.placement(p)).distance)] += each;
   }
   problem.ranks.sum(steps);
   std::vector<double> volume(shells, 0.0);

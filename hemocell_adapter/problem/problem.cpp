@@ -22,18 +22,13 @@ std::string columnsInstead(const Problem& problem) {
 
 Physics physicsOf(const Problem& problem) {
   Physics physics;
-  for (const CellSpecies& one : problem.species) {
-    Species species{one.name, one.shape, one.mostCells(), nullptr, one.redCell};
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& one = problem.species[s];
+    Species species{one.name, int(s), one.mostCells(), nullptr, one.redCell};
     species.freedom.extraWallClearance = one.extraWallClearance(problem.demanded.wall);
     physics.species.push_back(std::move(species));
   }
-  for (const Membrane& membrane : problem.membranes) {
-    Species own = physics.species[membrane.species];
-    own.shape = membrane.shape;
-    own.count = 0;  // they are counted with their kind
-    own.kind = membrane.species;
-    physics.species.push_back(std::move(own));
-  }
+  physics.shapes = problem.shapes;
   physics.container = problem.lumen.container;
   physics.clearance = problem.demanded.membranes;
   physics.wallClearance = problem.demanded.wall;
@@ -67,9 +62,8 @@ bool knowsAcceptance(const Problem& problem) {
 }
 
 Loading loadingOf(const Problem& problem, const std::vector<PlacedCell>& own) {
-  const bool deformed = std::any_of(own.begin(), own.end(), [&](const PlacedCell& cell) {
-    return problem.speciesOf(cell.species) != cell.species;
-  });
+  const bool deformed =
+      std::any_of(own.begin(), own.end(), [&](const PlacedCell& cell) { return problem.isDeformed(cell); });
   return problem.ranks.any(deformed) ? Loading::plugIn : Loading::posFiles;
 }
 
@@ -78,8 +72,8 @@ namespace {
 /// The verdict on a cell where the lattice is repeated along these axes.
 std::optional<std::string> violationIn(const Problem& problem, const PlacedCell& cell, Loading loading,
                                        const std::array<bool, 3>& periodic) {
-  const CellSpecies& species = problem.species[problem.speciesOf(cell.species)];
-  const Shape& shape = problem.shapeOf(cell.species);
+  const CellSpecies& species = problem.species[cell.species];
+  const Shape& shape = *problem.shapes[cell.shape];
   const auto vertices = [&] { return placedVertices(shape.mesh(), cell.placement); };
   if (species.acceptance) {
     const bool deformed = shape.undeformed() != nullptr;
@@ -131,22 +125,27 @@ void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells
 
 std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   std::vector<std::int64_t> counts(problem.species.size(), 0);
-  for (const PlacedCell& cell : cells) ++counts[problem.speciesOf(cell.species)];
+  for (const PlacedCell& cell : cells) ++counts[cell.species];
+  return counts;
+}
+
+std::vector<std::int64_t> deformedCounts(const Problem& problem, const std::vector<PlacedCell>& own) {
+  std::vector<std::int64_t> counts(problem.species.size(), 0);
+  for (const PlacedCell& cell : own) counts[cell.species] += problem.isDeformed(cell);
+  problem.ranks.sum(counts);
   return counts;
 }
 
 std::vector<double> excessVolumes(const Problem& problem, const std::vector<PlacedCell>& own,
                                   const std::function<bool(std::size_t)>& counts) {
   constexpr double steps = 0x1p20;  // per µm³: the sum of whole numbers does not depend on their order
-  const std::size_t species = problem.species.size();
-  std::vector<std::int64_t> sums(species, 0);
+  std::vector<std::int64_t> sums(problem.species.size(), 0);
   for (std::size_t i = 0; i < own.size(); ++i) {
-    const int number = own[i].species;
-    if (std::size_t(number) < species || (counts && !counts(i))) continue;
-    const int s = problem.speciesOf(number);
-    sums[s] += std::llround(steps * (problem.shapeOf(number).volume() - problem.species[s].shape->volume()));
+    if (!problem.isDeformed(own[i]) || (counts && !counts(i))) continue;
+    const double undeformed = problem.shapes[own[i].species]->volume();
+    sums[own[i].species] += std::llround(steps * (problem.shapes[own[i].shape]->volume() - undeformed));
   }
-  if (!problem.membranes.empty()) problem.ranks.sum(sums);
+  if (problem.hasDeformed()) problem.ranks.sum(sums);
   std::vector<double> excess;
   for (const std::int64_t sum : sums) excess.push_back(double(sum) / steps);
   return excess;

@@ -26,12 +26,6 @@
 
 namespace packmesh::hemocell {
 
-/// The mesh of a cell that is deformed.
-struct Membrane {
-  int species = 0;  ///< index into Problem::species
-  std::shared_ptr<const Shape> shape;
-};
-
 /// What is to be packed or examined: everything that follows from a request, and from the case it is for.
 /// Immutable once made (make_problem.h).
 struct Problem {
@@ -44,7 +38,8 @@ struct Problem {
   std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
   Lumen lumen;
   std::vector<CellSpecies> species;
-  std::vector<Membrane> membranes;              ///< of deformed cells
+  /// Templates of the species, in their order, then the meshes of deformed cells.
+  Shapes shapes;
   std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
   PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
   ReadLines read;                      ///< existing cells
@@ -57,15 +52,12 @@ struct Problem {
     return simulation && simulation->running ? &*simulation->running : nullptr;
   }
 
-  // Cells are numbered by shape, as in physicsOf(): the species, then the membranes.
-  int numberOf(int ofSpecies, const PresentCell& cell) const {
-    return cell.membrane < 0 ? ofSpecies : int(species.size()) + cell.membrane;
-  }
-  int speciesOf(int number) const {
-    return number < int(species.size()) ? number : membranes[number - species.size()].species;
-  }
-  const Shape& shapeOf(int number) const {
-    return number < int(species.size()) ? *species[number].shape : *membranes[number - species.size()].shape;
+  /// Whether there may be cells with meshes of their own, and whether a cell has one.
+  bool hasDeformed() const { return shapes.size() > species.size(); }
+  bool isDeformed(const PlacedCell& cell) const { return cell.shape != cell.species; }
+  /// An existing cell of a species.
+  PlacedCell placed(int ofSpecies, const PresentCell& cell) const {
+    return {ofSpecies, cell.shape < 0 ? ofSpecies : cell.shape, placementOf(cell)};
   }
 
   /// Cells of a packing, at most.
@@ -86,8 +78,7 @@ struct Problem {
 std::string columnsInstead(const Problem& problem);
 
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
-/// and measure cells, not to pack them. They are followed by the membranes, each of the kind that is its
-/// species.
+/// and measure cells, not to pack them.
 Physics physicsOf(const Problem& problem);
 
 /// How cells come into HemoCell. Its loader of .pos files deletes those that cross a periodic face; the
@@ -130,6 +121,9 @@ struct Tally {
 
 /// The number of cells of each species.
 std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells);
+
+/// The number of deformed cells of each species on all ranks. All ranks call. @param own of this rank
+std::vector<std::int64_t> deformedCounts(const Problem& problem, const std::vector<PlacedCell>& own);
 
 /// By how much the volumes of deformed cells exceed those of their templates: per species, on all ranks
 /// [µm³]. The sums do not depend on the number of ranks. All ranks call.

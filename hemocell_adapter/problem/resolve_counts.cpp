@@ -72,14 +72,14 @@ void guessVolumes(Problem& problem) {
   for (CellSpecies& species : problem.species) {
     double sum = 0.0;
     std::size_t cells = 0;
-    const auto add = [&](int membrane) {
-      sum += membrane < 0 ? species.shape->volume() : problem.membranes[membrane].shape->volume();
+    const auto add = [&](int shape) {
+      sum += shape < 0 ? species.shape->volume() : problem.shapes[shape]->volume();
       ++cells;
     };
     for (const auto* const present : {&species.fixed, &species.start, &species.blood.crowded})
-      for (const PresentCell& cell : *present) add(cell.membrane);
+      for (const PresentCell& cell : *present) add(cell.shape);
     if (cells == 0)
-      for (const int m : species.blood.membranes) add(m);
+      for (const int shape : species.blood.shapes) add(shape);
     if (cells == 0) continue;
     species.meanVolume = sum / double(cells);
     if (!(species.redCell && problem.request.redCellVolume)) species.countedVolume = species.meanVolume;

@@ -124,6 +124,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
   begun_ = true;
   PackingResult result = packmesh::pack(packing);
+  nameBySpecies(last_, result);
   if (frames && hooks_.convertsFrames) frames->convert();
   saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves that of the last one
   savedAny_ = savedAny_ || states.savedAny();

@@ -22,7 +22,7 @@ namespace {
 /// A cell on the way to the rank that has its number.
 struct ReadCell {
   std::int64_t id;
-  int number;  ///< of its shape
+  int species, shape;
   PosLine line;
 };
 
@@ -134,9 +134,8 @@ FoundCells readCells(const Problem& problem) {
     for (const PosLine& line : share.lines) {
       const std::int64_t index = id - found.all;
       const bool inState = isState(species.startFrom);
-      read.push_back(
-          {id++, inState ? problem.numberOf(static_cast<int>(s), species.start[index]) : static_cast<int>(s),
-           line});
+      const int own = inState ? species.start[index].shape : -1;
+      read.push_back({id++, static_cast<int>(s), own < 0 ? static_cast<int>(s) : own, line});
     }
     found.counts.push_back(share.all);
     found.all += share.all;
@@ -145,7 +144,7 @@ FoundCells readCells(const Problem& problem) {
   found.cells.reserve(read.size());
   found.poses.reserve(read.size());
   for (const ReadCell& cell : read) {
-    found.cells.push_back({cell.number, placementOf(cell.line)});
+    found.cells.push_back({cell.species, cell.shape, placementOf(cell.line)});
     found.poses.push_back(poseOf(cell.line));
     found.lines.push_back(cell.line);
   }
@@ -172,12 +171,12 @@ Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, 
     pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
   }
   // A sum that does not depend on the ranks.
-  std::vector<std::int64_t> counts(problem.species.size() + problem.membranes.size(), 0);
-  for (const PlacedCell& cell : own) ++counts[cell.species];
+  std::vector<std::int64_t> counts(problem.shapes.size(), 0);
+  for (const PlacedCell& cell : own) ++counts[cell.shape];
   ranks.sum(counts);
   found.certificate.cellVolume = 0.0;
   for (std::size_t s = 0; s < counts.size(); ++s)
-    found.certificate.cellVolume += double(counts[s]) * problem.shapeOf(int(s)).volume();
+    found.certificate.cellVolume += double(counts[s]) * problem.shapes[s]->volume();
   takeVerdicts(problem, own, loading, found);
   return found;
 }

@@ -47,16 +47,6 @@ CompletedRequest requestInMemory(const Request& asked) {
   return completed;
 }
 
-/// The meshes of the deformed cells of a packing that has its problem.
-void nameMembranes(HeldPacking& held) {
-  const Problem& problem = *held.packing.problem;
-  for (const Membrane& membrane : problem.membranes) held.kindOf.push_back(membrane.species);
-  const std::vector<PlacedCell>& cells = held.packing.result.cells;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    if (cells[i].species != problem.speciesOf(cells[i].species))
-      held.membranes[i] = problem.shapeOf(cells[i].species).mesh().vertices;
-}
-
 std::shared_ptr<const Problem> problemFor(const Request& asked, Session& session, const Communicator& ranks) {
   CompletedRequest completed;
   together(ranks, [&] { completed = requestInMemory(asked); });
@@ -67,6 +57,27 @@ std::shared_ptr<const Problem> problemFor(const Request& asked, Session& session
 std::shared_ptr<const Problem> problemOf(const HeldPacking& held) {
   if (!held.asked) static_cast<void>(requestIn({}, held.file));  // refuses
   return problemInMemory(*held.asked, held.ranks);
+}
+
+/// The cells of a loaded packing get their shapes: those of the problem where the state names one with the
+/// same vertices, as that of a packing does. All ranks call. @return the problem with the others
+std::shared_ptr<const Problem> takeMeshes(HeldPacking& held, std::shared_ptr<const Problem> problem) {
+  std::vector<PlacedCell>& cells = held.packing.result.cells;
+  std::map<std::size_t, std::vector<Vec3>> others;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto own = held.own.find(i);
+    const std::size_t named = std::exchange(cells[i].shape, cells[i].species);
+    if (own == held.own.end()) continue;
+    if (named < problem->shapes.size() && problem->shapes[named]->mesh().vertices == own->second)
+      cells[i].shape = int(named);
+    else
+      others.insert(held.own.extract(own));
+  }
+  held.own.clear();
+  if (!held.ranks.any(!others.empty())) return problem;
+  auto with = std::make_shared<Problem>(*problem);
+  deform(cells, others, with->shapes, held.ranks);
+  return with;
 }
 
 }  // namespace
@@ -103,13 +114,12 @@ HeldPacking packInMemory(const Request& asked, const Communicator& ranks, const 
     held.kinds.push_back({species.name, species.shape->mesh(), held.packing.cells.tally.counts[s]});
     held.kindOf.push_back(int(s));
   }
-  nameMembranes(held);
   logSummary(held.packing);
   return held;
 }
 
 HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const fs::path& original) {
-  const StateCells state = readStateCells(file, ranks);
+  StateCells state = readStateCells(file, ranks);
   if (!state.record.origin.empty()) static_cast<void>(requestIn(state.record, file));  // refuses
   if (!state.certified)
     throw InputError(fmt::format(
@@ -125,17 +135,17 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
   held.kinds = state.species;
   held.kindOf.resize(held.kinds.size());
   std::iota(held.kindOf.begin(), held.kindOf.end(), 0);
-  for (const Cell& cell : state.cells) {
+  for (Cell& cell : state.cells) {
     held.packing.result.poses.push_back(cell.pose);
-    if (!cell.vertices.empty()) held.membranes[held.packing.result.cells.size()] = cell.vertices;
-    held.packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
+    if (!cell.vertices.empty()) held.own[held.packing.result.cells.size()] = std::move(cell.vertices);
+    held.packing.result.cells.push_back({cell.species, cell.shape, placementOf(posLineOf(cell.pose))});
   }
   held.packing.result.cellCount = ranks.sum(std::int64_t(state.cells.size()));
   return held;
 }
 
 HeldPacking completed(HeldPacking held) {
-  const std::shared_ptr<const Problem> problem = problemOf(held);
+  std::shared_ptr<const Problem> problem = problemOf(held);
   if (problem->request.isTiled())
     throw InputError(fmt::format("{}: the box of a packing that was repeated in it ({}) is not rebuilt",
                                  held.file.string(), named("tile")));
@@ -154,22 +164,9 @@ HeldPacking completed(HeldPacking held) {
   Packing& packing = held.packing;
   PackingResult& result = packing.result;
   for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
-  std::map<std::array<double, 3>, int> numbers;  // of membranes, by their first vertices
-  for (std::size_t m = 0; m < problem->membranes.size() && !held.membranes.empty(); ++m) {
-    const Vec3& v = problem->membranes[m].shape->mesh().vertices.front();
-    numbers[{v[0], v[1], v[2]}] = int(problem->species.size() + m);
-  }
-  for (const auto& [cell, vertices] : held.membranes) {
-    const Vec3& v = vertices.front();
-    const auto number = numbers.find({v[0], v[1], v[2]});
-    if (number == numbers.end() || problem->shapeOf(number->second).mesh().vertices != vertices)
-      throw InputError(fmt::format("{}: has cells with meshes that the files it was packed from do not have",
-                                   held.file.string()));
-    result.cells[cell].species = number->second;
-  }
+  problem = takeMeshes(held, std::move(problem));
   held.kindOf.assign(problem->species.size(), -1);
   for (std::size_t kind = 0; kind < speciesOf.size(); ++kind) held.kindOf[speciesOf[kind]] = int(kind);
-  for (const Membrane& membrane : problem->membranes) held.kindOf.push_back(held.kindOf[membrane.species]);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(problem->read.lineOf(result.poses[i]));
   result.certificate = examine(*problem, result.cells, loadingOf(*problem, result.cells)).certificate;
@@ -180,6 +177,15 @@ HeldPacking completed(HeldPacking held) {
   packing.packed = problem->atDemanded;
   packing.problem = problem;
   return held;
+}
+
+const std::vector<Vec3>* ownVertices(const HeldPacking& held, std::size_t cell) {
+  if (const Problem* const problem = held.packing.problem.get()) {
+    const PlacedCell& placed = held.packing.result.cells[cell];
+    return problem->isDeformed(placed) ? &problem->shapes[placed.shape]->mesh().vertices : nullptr;
+  }
+  const auto own = held.own.find(cell);
+  return own == held.own.end() ? nullptr : &own->second;
 }
 
 std::vector<PosLine> posLinesOf(const HeldPacking& held) {
@@ -224,7 +230,7 @@ void savePacking(const HeldPacking& held, const fs::path& file) {
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
   for (std::size_t part = 0, i = 0; part < result.counts.size(); ++part)
     for (std::int64_t n = 0; n < result.counts[part]; ++n, ++i, ++id) {
-      bodies.push_back(stateOf(id, int(part), result.poses[i]));
+      bodies.push_back(stateOf(id, int(part), result.cells[i].shape, result.poses[i]));
       ids.push_back(id);
     }
   const IdShares shares(result.cellCount, ranks);
@@ -243,11 +249,10 @@ StateCells stateCellsOf(const HeldPacking& held) {
   std::vector<Row> rows;
   std::vector<Vec3> vertices;
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
-    const auto own = held.membranes.find(i);
-    const bool deformed = own != held.membranes.end();
-    rows.push_back({std::int32_t(held.kindOf[result.cells[i].species]),
-                    deformed ? std::int32_t(own->second.size()) : 0, result.poses[i]});
-    if (deformed) vertices.insert(vertices.end(), own->second.begin(), own->second.end());
+    const std::vector<Vec3>* const own = ownVertices(held, i);
+    rows.push_back({std::int32_t(held.kindOf[result.cells[i].species]), own ? std::int32_t(own->size()) : 0,
+                    result.poses[i]});
+    if (own) vertices.insert(vertices.end(), own->begin(), own->end());
   }
   rows = held.ranks.gatherAll(rows);
   vertices = held.ranks.gatherAll(vertices);
@@ -269,17 +274,13 @@ StateCells stateCellsOf(const HeldPacking& held) {
 void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const fs::path& file) {
   PackingProblem problem;
   problem.physics.container = std::move(lumen);
-  for (StateCells::Kind& kind : state.species) {
-    Species& species = problem.physics.species.emplace_back();
-    species.name = kind.name;
-    species.shape = std::make_shared<const Shape>(std::move(kind.mesh));
-    species.count = kind.count;
-  }
+  for (StateCells::Kind& kind : state.species)
+    problem.physics.add(kind.name, std::make_shared<const Shape>(std::move(kind.mesh)), kind.count);
   PackingState saved;
   saved.position.stage = Stage::certificate;
   saved.cellCount = std::int64_t(state.cells.size());
   for (Cell& cell : state.cells) {
-    saved.cells.push_back(makeBody(cell.id, cell.species, cell.pose));
+    saved.cells.push_back(makeBody(cell.id, cell.species, cell.species, cell.pose));
     saved.vertices.push_back(std::move(cell.vertices));
   }
   writeState(file, problem, state.record, saved);

@@ -25,9 +25,9 @@ struct HeldPacking {
   /// without one, the kinds.
   Packing packing;
   std::vector<int> kindOf;  ///< by species of the result: index into `kinds`
-  /// Of this rank's cells that have meshes of their own: vertices in the frame of the template [µm], by
-  /// index.
-  std::map<std::size_t, std::vector<Vec3>> membranes;
+  /// Without a problem: of this rank's cells that have meshes of their own, by index: vertices in the frame
+  /// of the template [µm].
+  std::map<std::size_t, std::vector<Vec3>> own;
   Communicator ranks;
   Box box;                               ///< of the lumen [µm]
   Vec3 period = Vec3::Zero();            ///< 0: not periodic [µm]
@@ -55,6 +55,9 @@ HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& r
 /// in it. All ranks call. Pre: no problem
 /// @throws AgreedFailure, InputError if the files that the command names are missing, or are others
 HeldPacking completed(HeldPacking held);
+
+/// Vertices of a cell that has a mesh of its own, in the frame of the template [µm]; nullptr: it has that.
+const std::vector<Vec3>* ownVertices(const HeldPacking& held, std::size_t cell);
 
 /// The numbers that are written to .pos files for this rank's cells, in their order.
 std::vector<PosLine> posLinesOf(const HeldPacking& held);

@@ -51,12 +51,10 @@ Filling numbered(const Packing& packing) {
   Filling filling;
   for (std::size_t i = 0; i < packing.result.cells.size(); ++i) {
     const PlacedCell& cell = packing.result.cells[i];
-    const int species = problem.speciesOf(cell.species);
-    const BuiltCell* type = problem.running()->cell(problem.species[species].name);
+    const BuiltCell* type = problem.running()->cell(problem.species[cell.species].name);
     filling.placements.push_back(cell.placement);
     filling.cells.push_back({0, static_cast<std::int32_t>(type - types.data()), packing.result.poses[i]});
-    if (cell.species != species)
-      filling.cells.back().vertices = problem.shapeOf(cell.species).mesh().vertices;
+    if (problem.isDeformed(cell)) filling.cells.back().vertices = problem.shapes[cell.shape]->mesh().vertices;
   }
   return numbered(std::move(filling), types.size(), problem.ranks);
 }
@@ -394,7 +392,7 @@ std::vector<std::vector<Vec3>> verticesOf(const std::vector<SavedCell>& order, c
   std::vector<std::vector<Vec3>> ordered;
   for (const SavedCell& one : order) {
     const auto first = next[one.rank];
-    next[one.rank] += std::ptrdiff_t(physics.species[one.species].shape->mesh().vertices.size());
+    next[one.rank] += std::ptrdiff_t(physics.shapeOf(one).mesh().vertices.size());
     ordered.emplace_back(first, next[one.rank]);
   }
   return ordered;
@@ -431,10 +429,12 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   state.position.stage = Stage::certificate;
   state.cellCount = cellCount;
   std::vector<SavedCell> saved;  // numbered by type and number in HemoCell, then by their order
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    saved.push_back(
-        {stateOf(cells[i].species * numbers + cells[i].id, partOf[cells[i].species], cells[i].pose),
-         ranks.rank(), int(i)});
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::int32_t part = partOf[cells[i].species];
+    saved.push_back({stateOf(cells[i].species * numbers + cells[i].id, part,
+                             packing.physics.species[part].shape, cells[i].pose),
+                     ranks.rank(), int(i)});
+  }
   saved = IdShares(std::int64_t(counts.size()) * numbers, ranks).collect(saved);
   std::int64_t next = ranks.sumBefore({std::int64_t(saved.size())}).front();
   for (SavedCell& cell : saved) cell.id = next++;

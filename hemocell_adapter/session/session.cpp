@@ -209,6 +209,7 @@ Packing Session::repeatedInTiles(Packing before, bool withState) const {
                                         if (isFinished(state, ranks_)) end = state;
                                       }};
   PackingResult result = packmesh::pack(packing);
+  nameBySpecies(big->atDemanded, result);
   if (result.outcome == Outcome::interrupted)
     throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery_.interrupted)});
   Packing done = verified(big, big->atDemanded, std::move(result));
@@ -230,7 +231,7 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
                    if (violation) {
                      countReason(own, *violation, 1);
                    } else {
-                     ++own.kept[problem.speciesOf(cells[i].species)];
+                     ++own.kept[cells[i].species];
                    }
                  });
   std::string text;
@@ -265,9 +266,11 @@ void logSummary(const Packing& packing) {
   for (const std::string& line : footLines(*packing.problem, packing.packed.clearances, packing.cells.tally,
                                            packing.result.certificate, packing.kept, packing.times))
     log::info(line);
-  for (auto* const linesOf : {&bloodLines, &regionLines})
-    for (const std::string& line : linesOf(*packing.problem, packing.packed.parts, packing.cells.parts))
-      log::info(line);
+  const std::vector<Part>& parts = packing.packed.parts;
+  for (const std::string& line : bloodLines(*packing.problem, parts, packing.cells.tally.counts,
+                                            deformedCounts(*packing.problem, packing.result.cells)))
+    log::info(line);
+  for (const std::string& line : regionLines(*packing.problem, parts, packing.cells.parts)) log::info(line);
   if (!packing.problem->profile) return;
   for (const std::string& line :
        profileLines(*packing.problem, reachedProfile(*packing.problem, packing.result.cells)))

@@ -162,19 +162,19 @@ class Measuring {
 
   /// Of own cells; 0 for the others.
   std::vector<double> localHematocrits() const {
-    std::vector<char> isHere(physics_.species.size(), 0);
+    std::vector<char> isHere(physics_.shapes.size(), 0);
     for (std::int64_t i = 0; i < cells_.count(); ++i)
-      if (cells_.isOwn(i)) isHere[cell(i).species] = 1;
+      if (cells_.isOwn(i)) isHere[cell(i).shape] = 1;
     std::vector<std::vector<Vec3>> points(isHere.size());
     execution_.threads.forEach(std::int64_t(points.size()), [&](std::int64_t s, int) {
-      if (isHere[s]) points[s] = innerPoints(physics_.shapeOf(int(s)), pointsOfCell);
+      if (isHere[s]) points[s] = innerPoints(*physics_.shapes[s], pointsOfCell);
     });
     const Boxes boxes(*physics_.container);
     std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]
     forEachCell([&](std::int64_t i) {
       if (!cells_.isOwn(i) || !physics_.species[cell(i).species].inHematocrit) return;
       if (!leftOut_.empty() && leftOut_[i]) return;
-      const std::vector<Vec3>& inCell = points[cell(i).species];
+      const std::vector<Vec3>& inCell = points[cell(i).shape];
       const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
       for (const Vec3& p : inCell) redHere[boxes.of(cell(i).placement(p))] += each;
     });
@@ -185,7 +185,7 @@ class Measuring {
     std::vector<double> local(cells_.count(), 0.0);
     forEachCell([&](std::int64_t i) {
       if (!cells_.isOwn(i)) return;
-      const std::vector<Vec3>& inCell = points[cell(i).species];
+      const std::vector<Vec3>& inCell = points[cell(i).shape];
       for (const Vec3& p : inCell) {
         const std::int64_t box = boxes.of(cell(i).placement(p));
         double h = hematocrit[box];

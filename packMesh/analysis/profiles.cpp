@@ -50,8 +50,7 @@ class ProfileMeasuring {
   ProfileMeasuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
                    const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside, double largestGap)
       : physics_(physics),
-        species_(physics.species),
-        kinds_(kindsOf(physics)),
+        count_(int(physics.species.size())),
         ranks_(execution.communicator),
         container_(*physics.container),
         cells_(cells),
@@ -72,22 +71,14 @@ class ProfileMeasuring {
     for (int k = 0; k < 3; ++k) measures_.axial[k] = layersOf(bounds_.lo[k], bounds_.size()[k], true);
     sampleLumen();
     profileCells();
-    for (int kind = 0; kind < kinds_; ++kind) {
-      measures_.gaps.push_back(gapsOf(kind, gaps));
-      measures_.orientation.push_back(orderOf(kind));
+    for (int s = 0; s < count_; ++s) {
+      measures_.gaps.push_back(gapsOf(s, gaps));
+      measures_.orientation.push_back(orderOf(s));
     }
     return std::move(measures_);
   }
 
  private:
-  static int kindsOf(const Physics& physics) {
-    int kinds = 0;
-    for (std::size_t s = 0; s < physics.species.size(); ++s)
-      kinds = std::max(kinds, physics.kindOf(int(s)) + 1);
-    return kinds;
-  }
-  int kindOf(const PlacedCell& cell) const { return physics_.kindOf(cell.species); }
-
   /// Distance to the wall [µm]; empty outside the lumen.
   std::optional<double> toWall(const Vec3& p) const {
     const double distance = (*depth_)(p);
@@ -181,25 +172,26 @@ class ProfileMeasuring {
   };
 
   void profileCells() {
-    std::vector<std::vector<Vec3>> points(species_.size());  // of those that have cells here
+    std::vector<std::vector<Vec3>> points(physics_.shapes.size());  // of those that have cells here
     std::vector<Sums> axial;
-    for (const Profile& profile : measures_.axial) axial.emplace_back(profile, kinds_);
+    for (const Profile& profile : measures_.axial) axial.emplace_back(profile, count_);
     std::optional<Sums> wall;
-    if (measures_.wall) wall.emplace(*measures_.wall, kinds_);
+    if (measures_.wall) wall.emplace(*measures_.wall, count_);
     measures_.leftOut = std::int64_t(outside_.size());
     std::int64_t id = ranks_.sumBefore({std::int64_t(cells_.size())}).front();
     for (const PlacedCell& cell : cells_) {
       if (outside_.count(id++) > 0) continue;
-      std::vector<Vec3>& inCell = points[cell.species];
-      if (inCell.empty()) inCell = innerPoints(*species_[cell.species].shape, measures_.pointsPerCell);
-      const double volume = species_[cell.species].shape->volume() / double(inCell.size());
+      const Shape& shape = physics_.shapeOf(cell);
+      std::vector<Vec3>& inCell = points[cell.shape];
+      if (inCell.empty()) inCell = innerPoints(shape, measures_.pointsPerCell);
+      const double volume = shape.volume() / double(inCell.size());
       const std::int64_t each = whole(volume, shareStep);
       for (const Vec3& body : inCell) {
         const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
-        for (int k = 0; k < 3; ++k) axial[k].add(kindOf(cell), layerOf(measures_.axial[k], p[k]), each);
+        for (int k = 0; k < 3; ++k) axial[k].add(cell.species, layerOf(measures_.axial[k], p[k]), each);
         if (!wall) continue;
         const double distance = std::max(0.0, toWall(p).value_or(0.0));
-        if (!isNearerToEnd(p, distance)) wall->add(kindOf(cell), layerOf(*measures_.wall, distance), each);
+        if (!isNearerToEnd(p, distance)) wall->add(cell.species, layerOf(*measures_.wall, distance), each);
       }
     }
     for (int k = 0; k < 3; ++k) finish(measures_.axial[k], axial[k]);
@@ -210,7 +202,7 @@ class ProfileMeasuring {
     ranks_.sum(sums.volume);
     ranks_.sum(sums.points);
     profile.red.assign(sums.layers, 0.0);
-    for (int s = 0; s < kinds_; ++s) {
+    for (int s = 0; s < count_; ++s) {
       std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
       std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
       for (std::size_t i = 0; i < sums.layers; ++i) {
@@ -219,12 +211,12 @@ class ProfileMeasuring {
         fraction[i] = volume / profile.lumen[i];
         const double ofLumen = wall_ ? volumeOfPoint_ / profile.lumen[i] : 0.0;
         error[i] = fraction[i] * std::sqrt(1.0 / double(sums.points[s * sums.layers + i]) + ofLumen);
-        if (species_[s].inHematocrit) profile.red[i] += fraction[i];
+        if (physics_.species[s].inHematocrit) profile.red[i] += fraction[i];
       }
     }
   }
 
-  GapHistogram gapsOf(int kind, const std::vector<double>& gaps) const {
+  GapHistogram gapsOf(int species, const std::vector<double>& gaps) const {
     GapHistogram histogram;
     constexpr double rounding = 1e-9;  // of a whole number of bins
     histogram.counts.assign(static_cast<std::size_t>(std::ceil(largestGap_ / histogram.width - rounding)), 0);
@@ -233,7 +225,7 @@ class ProfileMeasuring {
     std::int64_t sum = 0, own = 0;
     double least = largestGap_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (kindOf(cells_[i]) != kind) continue;
+      if (cells_[i].species != species) continue;
       if (gaps[i] >= largestGap_) {
         ++histogram.beyond;
         continue;
@@ -263,11 +255,11 @@ class ProfileMeasuring {
     return histogram;
   }
 
-  OrientationOrder orderOf(int kind) const {
+  OrientationOrder orderOf(int species) const {
     std::vector<std::int64_t> tenths(30, 0), sums(6, 0);  // of xx, yy, zz, xy, xz, yz
     OrientationOrder order;
     for (const PlacedCell& cell : cells_) {
-      if (kindOf(cell) != kind) continue;
+      if (cell.species != species) continue;
       ++order.cells;
       const Vec3 n = cell.placement.linear.col(1).normalized();
       for (int k = 0; k < 3; ++k) ++tenths[10 * k + std::min(9, static_cast<int>(10.0 * std::abs(n[k])))];
@@ -293,8 +285,7 @@ class ProfileMeasuring {
   }
 
   const Physics& physics_;
-  const std::vector<Species>& species_;
-  const int kinds_;
+  const int count_;
   const Communicator& ranks_;
   const Container& container_;
   const std::vector<PlacedCell>& cells_;

@@ -20,7 +20,7 @@ namespace packmesh {
 struct Profile {
   double begin = 0.0, width = 1.0;            ///< layer i: begin + [i, i+1) * width [µm]
   std::vector<double> lumen;                  ///< volume of each layer [µm³]
-  std::vector<std::vector<double>> fraction;  ///< volume fraction, [kind][layer]
+  std::vector<std::vector<double>> fraction;  ///< volume fraction, [species][layer]
   std::vector<std::vector<double>> error;     ///< standard error of `fraction`
   std::vector<double> red;                    ///< of all species with Species::inHematocrit, [layer]
 
@@ -56,8 +56,8 @@ struct OrientationOrder {
 struct PackingMeasures {
   std::optional<Profile> wall;                ///< over the distance to the wall, if there is a wall
   std::array<Profile, 3> axial;               ///< over x, y, z
-  std::vector<GapHistogram> gaps;             ///< per kind (Physics::kindOf())
-  std::vector<OrientationOrder> orientation;  ///< per kind
+  std::vector<GapHistogram> gaps;             ///< per species
+  std::vector<OrientationOrder> orientation;  ///< per species
   int pointsPerCell = 0;
   std::int64_t leftOut = 0;      ///< number of cells that profiles leave out
   std::int64_t lumenPoints = 0;  ///< sample points; 0: the lumen fills its bounding box

@@ -80,8 +80,8 @@ BlockEscape::BlockEscape(const Physics& physics, const EscapeSettings& settings,
       state_(std::move(cells)),
       nextId_(firstId) {}
 
-double BlockEscape::volume(int species, double scale) const {
-  return scale * scale * scale * physics_.shapeOf(species).volume();
+double BlockEscape::volume(int shape, double scale) const {
+  return scale * scale * scale * physics_.shapes[shape]->volume();
 }
 
 /// Cells below full size, in descending order of missing volume.
@@ -89,7 +89,7 @@ std::vector<std::int64_t> BlockEscape::lacking() const {
   std::vector<std::pair<double, std::int64_t>> order;
   for (std::size_t i = 0; i < state_.size(); ++i)
     if (state_[i].scale < 1.0 && !isFixed(physics_, state_[i]))
-      order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].species, 1.0),
+      order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].shape, 1.0),
                          static_cast<std::int64_t>(i));
   std::sort(order.begin(), order.end());
   std::vector<std::int64_t> cells;
@@ -127,29 +127,29 @@ void BlockEscape::swap() {
 
 void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
   const std::size_t n = members.size();
-  // By room and species: bodies of one species differ only in position.
-  std::vector<std::vector<std::optional<Pose>>> reached(n);
+  std::vector<BodyKind> kinds;      // bodies of one kind differ only in position
+  std::vector<std::size_t> number;  // of the kind of each member
+  for (const std::int64_t cell : members) {
+    number.push_back(std::find(kinds.begin(), kinds.end(), kindOf(state_[cell])) - kinds.begin());
+    if (number.back() == kinds.size()) kinds.push_back(kindOf(state_[cell]));
+  }
+  std::vector<std::vector<std::optional<Pose>>> reached(n);  // by room and kind
   std::vector<std::vector<double>> score(n, std::vector<double>(n, 0.0));
-  for (std::size_t room = 0; room < n; ++room) {
-    reached[room].resize(physics_.species.size());
-    std::vector<char> tried(physics_.species.size(), 0);
-    for (const std::int64_t cell : members) {
-      const int species = state_[cell].species;
-      if (std::exchange(tried[species], 1)) continue;
-      if (species == state_[members[room]].species) {
-        reached[room][species] = state_[members[room]].pose();
+  for (std::size_t room = 0; room < n; ++room)
+    for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
+      if (kind == number[room]) {
+        reached[room].emplace_back(state_[members[room]].pose());
       } else {
         ++tried_;
-        reached[room][species] = rooms_.largest(state_, members[room], species, trials_);
+        reached[room].push_back(rooms_.largest(state_, members[room], kinds[kind], trials_));
       }
     }
-  }
   double before = 0.0, after = 0.0;
   for (std::size_t body = 0; body < n; ++body)
     for (std::size_t room = 0; room < n; ++room) {
-      const int species = state_[members[body]].species;
-      const auto& pose = reached[room][species];
-      score[body][room] = pose ? volume(species, pose->scale) : -physics_.container->volume();
+      const auto& pose = reached[room][number[body]];
+      score[body][room] =
+          pose ? volume(kinds[number[body]].shape, pose->scale) : -physics_.container->volume();
     }
   const std::vector<int> roomOf = bestAssignment(score);
   for (std::size_t body = 0; body < n; ++body) {
@@ -160,11 +160,11 @@ void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
   std::vector<Body> swapped = state_;
   std::int64_t changed = 0;
   for (std::size_t body = 0; body < n; ++body) {
-    const int species = state_[members[body]].species;
     Body& place = swapped[members[roomOf[body]]];
-    changed += place.species != species;
-    place.species = species;
-    place.setPose(*reached[roomOf[body]][species]);
+    changed += number[body] != number[roomOf[body]];
+    place.species = kinds[number[body]].species;
+    place.shape = kinds[number[body]].shape;
+    place.setPose(*reached[roomOf[body]][number[body]]);
   }
   std::vector<std::int64_t> sorted = members;
   std::sort(sorted.begin(), sorted.end());
@@ -174,10 +174,11 @@ void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
 }
 
 /// Tries another body in the room of a cell, or the same one rotated, and keeps it if that gains volume.
-bool BlockEscape::take(std::int64_t cell, int species) {
-  const std::optional<Pose> pose = rooms_.largest(state_, cell, species, trials_);
-  if (!pose || volume(species, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
-  state_[cell].species = species;
+bool BlockEscape::take(std::int64_t cell, const BodyKind& kind) {
+  const std::optional<Pose> pose = rooms_.largest(state_, cell, kind, trials_);
+  if (!pose || volume(kind.shape, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
+  state_[cell].species = kind.species;
+  state_[cell].shape = kind.shape;
   state_[cell].setPose(*pose);
   return true;
 }
@@ -188,7 +189,7 @@ void BlockEscape::enlarge() {
     ++tried_;
     const double before = volumeOf(cell);
     rooms_.enlarge(state_, cell, trials_);
-    if (state_[cell].scale < 1.0) take(cell, state_[cell].species);
+    if (state_[cell].scale < 1.0) take(cell, kindOf(state_[cell]));
     changed_ += volumeOf(cell) > before;
   }
 }
@@ -199,7 +200,7 @@ std::vector<int> BlockEscape::bySize(const ReserveShare& share) const {
   for (std::size_t s = 0; s < share.bodies.size(); ++s)
     if (share.bodies[s] > 0 || share.elsewhere[s] > 0) species.push_back(static_cast<int>(s));
   std::stable_sort(species.begin(), species.end(),
-                   [&](int a, int b) { return volume(a, 1.0) > volume(b, 1.0); });
+                   [&](int a, int b) { return volume(kind(a).shape, 1.0) > volume(kind(b).shape, 1.0); });
   return species;
 }
 
@@ -212,11 +213,13 @@ bool BlockEscape::offered(int species, const ReserveShare& share) {
 void BlockEscape::replace(ReserveShare& share) {
   for (const std::int64_t cell : lacking()) {
     if (stopped()) return;
+    if (physics_.isDeformed(state_[cell])) continue;  // the reserve has no such bodies
     ++tried_;
     const int first = state_[cell].species;
     for (const int species : bySize(share))
-      if (species != state_[cell].species && volume(species, 1.0) > volumeOf(cell) && offered(species, share))
-        take(cell, species);
+      if (species != state_[cell].species && volume(kind(species).shape, 1.0) > volumeOf(cell) &&
+          offered(species, share))
+        take(cell, kind(species));
     if (state_[cell].species == first) continue;
     ++changed_;
     ++share.bodies[first];
@@ -237,17 +240,17 @@ bool BlockEscape::usedUp(const ReserveShare& share) {
 void BlockEscape::fillHoles(const Holes& holes, ReserveShare& share) {
   const std::vector<int> smallestLast = bySize(share);
   if (smallestLast.empty()) return;
-  const double least = std::cbrt(0.75 / M_PI * holeFraction * volume(smallestLast.back(), 1.0));
+  const double least = std::cbrt(0.75 / M_PI * holeFraction * volume(kind(smallestLast.back()).shape, 1.0));
   for (const Sphere& hole : holes.in(region_, state_, least)) {
     if (tried_ == settings_.holes || stopped()) return;
     if (usedUp(share)) return;
     ++tried_;
     const double room = 4.0 / 3.0 * M_PI * hole.radius * hole.radius * hole.radius;
     for (const int s : bySize(share)) {
-      if (room < holeFraction * volume(s, 1.0) || !offered(s, share)) continue;
+      if (room < holeFraction * volume(kind(s).shape, 1.0) || !offered(s, share)) continue;
       const auto cell = static_cast<std::int64_t>(state_.size());
-      state_.push_back(makeBody(nextId_, s, Pose{1.0, Quaternion::Identity(), hole.center}));
-      const std::optional<Pose> pose = rooms_.largest(state_, cell, s, trials_);
+      state_.push_back(makeBody(nextId_, s, kind(s).shape, Pose{1.0, Quaternion::Identity(), hole.center}));
+      const std::optional<Pose> pose = rooms_.largest(state_, cell, kind(s), trials_);
       if (pose && pose->scale == 1.0) {
         state_[cell].setPose(*pose);
         ++nextId_;

@@ -50,12 +50,14 @@ class BlockEscape {
 
  private:
   bool stopped() const { return trials_.stop && trials_.stop(); }
-  double volume(int species, double scale) const;
-  double volumeOf(std::int64_t cell) const { return volume(state_[cell].species, state_[cell].scale); }
+  double volume(int shape, double scale) const;
+  double volumeOf(std::int64_t cell) const { return volume(state_[cell].shape, state_[cell].scale); }
+  /// An undeformed body of a species.
+  BodyKind kind(int species) const { return {species, physics_.species[species].shape}; }
   std::vector<std::int64_t> lacking() const;
   std::vector<std::int64_t> group(const std::vector<std::int64_t>& wanted) const;
   void swapWithin(const std::vector<std::int64_t>& members);
-  bool take(std::int64_t cell, int species);
+  bool take(std::int64_t cell, const BodyKind& kind);
   std::vector<int> bySize(const ReserveShare& share) const;
   bool usedUp(const ReserveShare& share);
   bool offered(int species, const ReserveShare& share);

@@ -160,7 +160,7 @@ void CatStage::begin() {
     std::vector<std::int64_t> first = {0};
     for (const Species& species : problem_.physics.species) first.push_back(first.back() + species.count);
     for (Body& cell : cells)
-      if (!startsAtGivenPose(problem_.physics.species[cell.species], cell.id - first[cell.species]))
+      if (!problem_.physics.species[cell.species].startsAtGivenPose(cell.id - first[cell.species]))
         cell.scale = settings_.initialScale;
     if (!seed(physics_, execution_, settings_.initialScale, callbacks_.stop, cells)) {
       ended_ = !stopped();
@@ -213,7 +213,7 @@ std::vector<Body> CatStage::fullCells() const {
   std::vector<Body> now = cells(), full;
   if (countFull(now) <= bestFull_) now = best_;
   for (const Body& cell : now)
-    if (cell.scale == 1.0) full.push_back(makeBody(cell.id, cell.species, cell.pose()));
+    if (cell.scale == 1.0) full.push_back(makeBody(cell.id, cell.species, cell.shape, cell.pose()));
   return full;
 }
 
@@ -295,23 +295,26 @@ std::vector<Body> CatStage::bySpecies(const std::vector<Body>& cells) const {
   for (std::size_t s = 1; s < next.size(); ++s)
     next[s] +=
         std::accumulate(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(s), std::int64_t{0});
-  for (Body& cell : numbered) cell = makeBody(next[cell.species]++, cell.species, cell.pose());
+  for (Body& cell : numbered) cell = makeBody(next[cell.species]++, cell.species, cell.shape, cell.pose());
   std::sort(numbered.begin(), numbered.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   return numbered;
 }
 
 /// Of the full cells on all ranks.
 double CatStage::fullVolume(const std::vector<Body>& cells) const {
-  const std::vector<std::int64_t> full = countFullBySpecies(cells);
+  std::vector<std::int64_t> full(physics_.shapes.size(), 0);
+  for (const Body& cell : cells) full[cell.shape] += cell.scale == 1.0;
+  problem_.execution.communicator.sum(full);
   double volume = 0.0;
   for (std::size_t s = 0; s < full.size(); ++s)
-    volume += static_cast<double>(full[s]) * physics_.species[s].shape->volume();
+    volume += static_cast<double>(full[s]) * physics_.shapes[s]->volume();
   return volume;
 }
 
 std::vector<PlacedCell> CatStage::placed(const std::vector<Body>& cells) const {
   std::vector<PlacedCell> placed;
-  for (const Body& cell : cells) placed.push_back({cell.species, physics_.placement(cell.pose())});
+  for (const Body& cell : cells)
+    placed.push_back({cell.species, cell.shape, physics_.placement(cell.pose())});
   return placed;
 }
 

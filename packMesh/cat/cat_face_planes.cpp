@@ -221,9 +221,9 @@ constexpr std::ptrdiff_t fewestPoints = 4;
 CatFacePlanes::CatFacePlanes(const Physics& physics, const Execution& execution, TetrahedraSums& sums,
                              int failingAttempts)
     : physics_(physics), execution_(execution), chords_(physics), sums_(sums) {
-  for (std::size_t s = 0; s < physics.species.size(); ++s)
-    levels_.push_back(
-        reachingMeshes(chords_.levels(static_cast<int>(s)), std::cbrt(physics.shapeOf(s).volume())));
+  levels_.resize(physics.shapes.size());
+  for (const int s : physics.shapesInUse())
+    levels_[s] = reachingMeshes(chords_.levels(s), std::cbrt(physics.shapes[s]->volume()));
   input_.period = physics.container->period();
   input_.bounds = physics.container->bounds();
   input_.kept = TetrahedraKept::joining;
@@ -282,8 +282,8 @@ void CatFacePlanes::operator()(const PlaneRequest& request, std::vector<CellPlan
   sums_.faceSeconds += seconds;
 }
 
-int CatFacePlanes::levelOf(const PlaneRequest& request, int species, int coarsest) const {
-  return std::min(coarsest, chords_.levels(species).indexOf(request.detail));
+int CatFacePlanes::levelOf(const PlaneRequest& request, int shape, int coarsest) const {
+  return std::min(coarsest, chords_.levels(shape).indexOf(request.detail));
 }
 
 void CatFacePlanes::place(const PlaneRequest& request, const ReachedBodies& reached, int level,
@@ -292,7 +292,7 @@ void CatFacePlanes::place(const PlaneRequest& request, const ReachedBodies& reac
   std::vector<const ReachingMesh*> meshes;
   for (const std::int64_t member : reached.members) {
     const Body& cell = request.surroundings.cells()[member];
-    meshes.push_back(levels_[cell.species][levelOf(request, cell.species, level)].get());
+    meshes.push_back(levels_[cell.shape][levelOf(request, cell.shape, level)].get());
     input.objects.push_back({&meshes.back()->hierarchy, physics_.placement(cell.pose())});
   }
   input.points = pointsWithinReach(request, reached, meshes, chords_);
@@ -305,7 +305,8 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, const std::funct
   const ReachedBodies reached = bodiesWithinReach(request);
   int coarsest = 0;
   for (std::size_t s = 0; s < levels_.size(); ++s)
-    coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(request.detail));
+    if (!levels_[s].empty())
+      coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(request.detail));
   TetrahedraInput input = input_;
   input.bodies = reached.bodies;
   input.stop = stop;

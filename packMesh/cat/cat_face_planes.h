@@ -102,8 +102,8 @@ class CatFacePlanes : public PlaneFunction {
     Tetrahedra tetrahedra;
     TetrahedraSums sums;  ///< of this run
   };
-  /// The level of detail of a species that is at most `coarsest`, and fine enough for the request.
-  int levelOf(const PlaneRequest& request, int species, int coarsest) const;
+  /// The level of detail of a shape that is at most `coarsest`, and fine enough for the request.
+  int levelOf(const PlaneRequest& request, int shape, int coarsest) const;
   void tetrahedralise(const PlaneRequest& request, const std::function<bool()>& stop, Around& around) const;
   /// Places the members at a level of detail.
   void place(const PlaneRequest& request, const ReachedBodies& reached, int level,
@@ -113,7 +113,7 @@ class CatFacePlanes : public PlaneFunction {
   const Physics& physics_;
   const Execution& execution_;
   ChordPlanes chords_;
-  std::vector<std::vector<std::unique_ptr<const ReachingMesh>>> levels_;  ///< per species, finest first
+  std::vector<std::vector<std::unique_ptr<const ReachingMesh>>> levels_;  ///< per shape in use, finest first
   TetrahedraInput input_;                                                 ///< what is common to all
   std::vector<Around> around_;                                            ///< per batch
   TetrahedraSums& sums_;

@@ -52,28 +52,26 @@ void copyRows(const Mat3& from, float* to) {
 
 ChordPlanes::ChordPlanes(const Physics& physics)
     : physics_(physics), kernel_(chordKernel(chosenInstructionSet())) {
-  for (std::size_t s = 0; s < physics.species.size(); ++s) {
-    const Shape& shape = physics.shapeOf(s);
-    Species species{&shape,
-                    SurfaceDistance(shape),
-                    physics.wallOf(s),
-                    nullptr,
-                    LevelsOfDetail(shape.mesh()),
-                    shape.views().field,
-                    {},
+  for (const Species& species : physics.species) {
+    MetWall& met = walls_.emplace_back(MetWall{physics.wallOf(species), nullptr});
+    if (met.wall && !met.wall->closedForm())
+      met.sampled = std::make_shared<const SampledDistance>(
+          *met.wall, physics.container->bounds().grownBy(beyondBounds), met.wall->samplingSpacing());
+  }
+  surfaces_.resize(physics.shapes.size());
+  for (const int s : physics.shapesInUse()) {
+    const Shape& shape = *physics.shapes[s];
+    Surface surface{&shape, SurfaceDistance(shape), LevelsOfDetail(shape.mesh()), shape.views().field, {},
                     {}};
-    if (species.wall && !species.wall->closedForm())
-      species.sampledWall = std::make_shared<const SampledDistance>(
-          *species.wall, physics.container->bounds().grownBy(beyondBounds), species.wall->samplingSpacing());
-    for (int level = 0; level < species.levels.count(); ++level) {
-      const TriangleMesh& mesh = species.levels.mesh(level);
+    for (int level = 0; level < surface.levels.count(); ++level) {
+      const TriangleMesh& mesh = surface.levels.mesh(level);
       const double coarseness = std::sqrt(static_cast<double>(shape.mesh().vertices.size()) /
                                           static_cast<double>(mesh.vertices.size()));
-      species.points.push_back(level == 0 ? shape.samples()
+      surface.points.push_back(level == 0 ? shape.samples()
                                           : sampleSurface(mesh, coarseness * shape.sampleSpacing()));
-      species.distinct.push_back(distinctPoints(species.points.back()));
+      surface.distinct.push_back(distinctPoints(surface.points.back()));
     }
-    species_.push_back(std::move(species));
+    surfaces_[s] = std::make_unique<const Surface>(std::move(surface));
   }
 }
 
@@ -81,20 +79,16 @@ ChordPlanes::Cell ChordPlanes::cellOf(std::int64_t index, const PlaneRequest& re
                                       const std::vector<int>& levels) const {
   const Body& cell = request.surroundings.cells()[index];
   const bool fixed = isFixed(physics_, cell);
-  return {cell.species,
-          cell.rotation,
-          cell.position,
-          cell.scale,
-          fixed ? 0.0 : request.surroundings.reach(index),
-          levels[cell.species],
-          fixed,
-          nullptr};
+  return {cell.species,       cell.shape, cell.rotation,
+          cell.position,      cell.scale, fixed ? 0.0 : request.surroundings.reach(index),
+          levels[cell.shape], fixed,      nullptr};
 }
 
-/// The level of detail of each species.
+/// The level of detail of each shape.
 std::vector<int> ChordPlanes::levelsOf(const PlaneRequest& request) const {
   std::vector<int> levels;
-  for (const Species& species : species_) levels.push_back(species.levels.indexOf(request.detail));
+  for (const auto& surface : surfaces_)
+    levels.push_back(surface ? surface->levels.indexOf(request.detail) : 0);
   return levels;
 }
 
@@ -122,7 +116,7 @@ void ChordPlanes::addAtWalls(const PlaneRequest& request, std::vector<CellPlanes
     Cell cell = cellOf(request.wanted[k], request, levels);
     if (cell.fixed) continue;
     cell.planes = &planes[k];
-    if (species_[cell.species].wall) meetWall(cell);
+    if (walls_[cell.species].wall) meetWall(cell);
     meetRegion(cell);
   }
 }
@@ -135,7 +129,7 @@ void ChordPlanes::markWithinReach(const PlaneRequest& request, const NearPair& p
   const double limit = cells[0].reach + cells[1].reach + physics_.clearance;
   for (int k = 0; k < 2; ++k) {
     const Cell &a = cells[k], &b = cells[1 - k];
-    const SurfaceDistance& field = species_[b.species].field;
+    const SurfaceDistance& field = surfaces_[b.shape]->field;
     const Mat3 toBody = b.rotation.transpose() / b.scale;
     const Mat3 linear = a.scale * toBody * a.rotation;
     const Vec3 offset = toBody * (a.position - b.position - (k == 0 ? pair.shift : Vec3(-pair.shift)));
@@ -154,8 +148,8 @@ void ChordPlanes::joinPair(const NearPair& pair, const Cell& a, const Cell& b) c
   if (distance > 0.0) {
     const Vec3 direction = between / distance;
     const double apart =
-        distance - a.scale * species_[a.species].shape->bound().support(a.rotation.transpose() * direction) -
-        b.scale * species_[b.species].shape->bound().support(b.rotation.transpose() * direction);
+        distance - a.scale * surfaces_[a.shape]->shape->bound().support(a.rotation.transpose() * direction) -
+        b.scale * surfaces_[b.shape]->shape->bound().support(b.rotation.transpose() * direction);
     if (apart > a.reach + b.reach + physics_.clearance) return;
   }
   dropChords(a, b, pair.shift);
@@ -179,8 +173,8 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
   frame.share = static_cast<float>(share);
   frame.offset = static_cast<float>((0.5 - share) * physics_.clearance);
 
-  const Species& species = species_[a.species];
-  const SamplePoints& points = species.points[a.level];
+  const Surface& surface = *surfaces_[a.shape];
+  const SamplePoints& points = surface.points[a.level];
   const auto most = static_cast<std::size_t>(points.clusters * SamplePoints::width);
   std::array<float*, CellPlanes::columns> ofA, ofB;
   if (a.planes) ofA = a.planes->room(most);
@@ -190,7 +184,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
     ofA = ofB;
     for (float*& column : ofB) column += most + CellPlanes::spare;
   }
-  const int found = kernel_(viewOf(points), species.distinct[a.level].data(), frame, species_[b.species].view,
+  const int found = kernel_(viewOf(points), surface.distinct[a.level].data(), frame, surfaces_[b.shape]->view,
                             {a.planes ? ofA.data() : nullptr, b.planes ? ofB.data() : nullptr});
   if (a.planes) a.planes->grow(found);
   if (!b.planes) return;
@@ -200,22 +194,21 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
 }
 
 void ChordPlanes::meetWall(const Cell& a) const {
-  const Species& species = species_[a.species];
+  const Surface& surface = *surfaces_[a.shape];
+  const MetWall& met = walls_[a.species];
   const double margin =
       physics_.wallClearanceOf(a.species);  // no slack: the distance is precise near the wall
-  const double limit = a.reach + margin + species.wall->slack();
-  const auto near = [&](const Vec3& p, double radius) {
-    return species.toWall(p).distance <= limit + radius;
-  };
-  if (!near(a.position, a.scale * species.shape->radius())) return;
-  const SamplePoints& points = species.points[a.level];
+  const double limit = a.reach + margin + met.wall->slack();
+  const auto near = [&](const Vec3& p, double radius) { return met.toWall(p).distance <= limit + radius; };
+  if (!near(a.position, a.scale * surface.shape->radius())) return;
+  const SamplePoints& points = surface.points[a.level];
   for (int cluster = 0; cluster < points.clusters; ++cluster) {
     const Vec3 center(points.centerX[cluster], points.centerY[cluster], points.centerZ[cluster]);
     if (!near(a.position + a.scale * (a.rotation * center), a.scale * points.radius[cluster])) continue;
     for (int i = cluster * SamplePoints::width; i < (cluster + 1) * SamplePoints::width; ++i) {
       if (repeated(points, i)) continue;
       const Vec3 arm = a.rotation * pointOf(points, i), p = a.position + a.scale * arm;
-      const WallDistance here = species.toWall(p);
+      const WallDistance here = met.toWall(p);
       if (here.distance > limit || here.gradient.norm() < noDirection) continue;
       const Vec3 inward = here.gradient.normalized();
       a.planes->add(arm, -inward, (here.distance - margin) - a.scale * inward.dot(arm));
@@ -224,7 +217,7 @@ void ChordPlanes::meetWall(const Cell& a) const {
       const Vec3 u = inward.unitOrthogonal(), v = inward.cross(u);
       for (const Vec3& aside : {u, Vec3(-u), v, Vec3(-v)}) {
         const Vec3 q = p + a.reach * aside;
-        const WallDistance there = species.toWall(q);
+        const WallDistance there = met.toWall(q);
         if (there.distance > here.distance - closingIn * a.reach || there.gradient.norm() < noDirection)
           continue;
         const Vec3 back = there.gradient.normalized(), foot = q - (there.distance - margin) * back;

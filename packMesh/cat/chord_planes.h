@@ -45,27 +45,29 @@ class ChordPlanes : public PlaneFunction {
                        const std::array<Vertices, 2>& vertices,
                        const std::array<std::vector<char>*, 2>& marks) const;
 
-  const LevelsOfDetail& levels(int species) const { return species_[species].levels; }
+  const LevelsOfDetail& levels(int shape) const { return surfaces_[shape]->levels; }
 
  private:
-  struct Species {
+  /// A shape in use.
+  struct Surface {
     const Shape* shape;
     SurfaceDistance field;
-    const Wall* wall;
-    std::shared_ptr<const SampledDistance> sampledWall;  ///< used instead if the wall has no closed form
     LevelsOfDetail levels;
     FieldView view;                    ///< of the shape
     std::vector<SamplePoints> points;  ///< of each level
     /// Of each level, per cluster: which points are no repetitions, as bits.
     std::vector<std::vector<std::uint16_t>> distinct;
+  };
+  /// That of a species.
+  struct MetWall {
+    const Wall* wall;                                ///< nullptr: none
+    std::shared_ptr<const SampledDistance> sampled;  ///< used instead if the wall has no closed form
 
-    WallDistance toWall(const Vec3& p) const {
-      return sampledWall ? sampledWall->sample(p) : wall->distance(p);
-    }
+    WallDistance toWall(const Vec3& p) const { return sampled ? sampled->sample(p) : wall->distance(p); }
   };
   /// A cell with everything that its chords require.
   struct Cell {
-    int species;
+    int species, shape;
     Mat3 rotation;
     Vec3 position;
     double scale, reach;
@@ -82,7 +84,8 @@ class ChordPlanes : public PlaneFunction {
   void meetRegion(const Cell& cell) const;
 
   const Physics& physics_;
-  std::vector<Species> species_;
+  std::vector<std::unique_ptr<const Surface>> surfaces_;  ///< per shape
+  std::vector<MetWall> walls_;                            ///< per species
   ChordKernel kernel_;
 };
 

@@ -36,7 +36,7 @@ class Escape {
         nextId_(1 - execution.communicator.min(-largestId(own))),
         // A cell that its block changes stays this near to the block: so do those of other blocks of the
         // colour, which therefore need not be known.
-        drift_(physics.largestReach()),
+        drift_(physics.largest(&Shape::reach)),
         cells_(physics, execution, std::move(own), range(), 0, range() + drift_),
         rooms_(physics, execution, growth, factory, settings.orientations) {
     reserve_.resize(physics.species.size(), 0);
@@ -69,7 +69,7 @@ class Escape {
   }
 
   /// Distance from a block within which cells matter to it [µm].
-  double range() const { return drift_ + 2.0 * physics_.largestReach() + physics_.clearance; }
+  double range() const { return drift_ + 2.0 * physics_.largest(&Shape::reach) + physics_.clearance; }
 
   template <class Work>
   void phase(const char* name, Work&& work) {
@@ -83,7 +83,7 @@ class Escape {
     std::vector<std::int64_t> sums = {phase.tried, phase.changed, static_cast<std::int64_t>(own.size()), 0,
                                       0};
     for (const Body& cell : own) {
-      const double share = physics_.shapeOf(cell.species).volume() / physics_.container->volume();
+      const double share = physics_.shapeOf(cell).volume() / physics_.container->volume();
       sums[3] += cell.scale == 1.0;
       sums[4] += std::llround(cell.scale * cell.scale * cell.scale * share * unitsOfVolume);
     }

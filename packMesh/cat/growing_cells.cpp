@@ -193,7 +193,7 @@ std::vector<Sphere> spheresAround(const Physics& physics, const std::vector<Body
   std::vector<Sphere> spheres;
   spheres.reserve(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double least = cells[i].scale * physics.shapeOf(cells[i].species).radius() + reach[i];
+    const double least = cells[i].scale * physics.shapeOf(cells[i]).radius() + reach[i];
     extent[i] = std::max(0.0, extent[i] - least);
     spheres.push_back({cells[i].position, least + extent[i]});
   }

@@ -62,14 +62,13 @@ Growth::Growth(const Physics& physics, const Execution& execution, const GrowthS
   requireValid();
 }
 
-std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const Physics& physics) {
-  std::vector<SpeciesLengths> lengths;
-  for (const Species& species : physics.species) {
-    const Shape& shape = *species.shape;
+std::vector<Growth::ShapeLengths> Growth::lengthsOf(const Physics& physics) {
+  std::vector<ShapeLengths> lengths(physics.shapes.size());
+  for (const int s : physics.shapesInUse()) {
+    const Shape& shape = *physics.shapes[s];
     const double size = std::cbrt(shape.volume());
     const double meanArea = surfaceArea(shape.mesh()) / static_cast<double>(shape.mesh().triangles.size());
-    lengths.push_back(
-        {shape.radius(), shape.reach(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
+    lengths[s] = {shape.radius(), shape.reach(), size, std::min(std::sqrt(meanArea), largestFacet * size)};
   }
   return lengths;
 }
@@ -80,7 +79,7 @@ double Growth::range() const {
   double reach = 0.0;
   for (std::size_t s = 0; s < lengths_.size(); ++s) {
     const double moved = static_cast<double>(planeFunction_.lifetime()) * farthest(1.0, lengths_[s]);
-    reach = std::max(reach, physics_.shapeOf(s).reach() + moved + paddingAt(1.0, lengths_[s]));
+    reach = std::max(reach, lengths_[s].reach + moved + paddingAt(1.0, lengths_[s]));
   }
   return 2.0 * reach + physics_.clearance;
 }
@@ -223,7 +222,7 @@ CellSurroundings Growth::surroundingsFor(double barrier) const {
   const std::vector<Body>& cells = cells_.all();
   std::vector<double> reach(cells.size()), extent(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const SpeciesLengths& l = lengths_[cells[i].species];
+    const ShapeLengths& l = lengths_[cells[i].shape];
     reach[i] = reachOf(cells[i], barrier);
     const double farthest = std::sqrt(3.0) * settings_.translationBound * l.size;
     extent[i] = std::max(cells[i].scale, barrier) * l.reach + farthest + tolerance::culling;
@@ -293,12 +292,12 @@ double Growth::detailAt(double barrier) const {
 }
 
 /// p of eq. 3.10 [µm].
-double Growth::paddingAt(double barrier, const SpeciesLengths& lengths) const {
+double Growth::paddingAt(double barrier, const ShapeLengths& lengths) const {
   return settings_.padding * barrier * lengths.facet / std::sqrt(detailAt(barrier));
 }
 
 /// Upper bound of the displacement of any point of a cell in one iteration without growth [µm].
-double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
+double Growth::farthest(double barrier, const ShapeLengths& lengths) const {
   return std::sqrt(3.0) *
          (settings_.translationBound * lengths.size + rotationBound() * barrier * lengths.radius);
 }
@@ -306,20 +305,20 @@ double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
 /// Largest expected displacement of points in one iteration without growth [µm].
 double Growth::largestMotion(double barrier) const {
   double largest = 0.0;
-  for (const SpeciesLengths& l : lengths_)
+  for (const ShapeLengths& l : lengths_)
     largest = std::max(largest, planeFunction_.expectedShare() * farthest(barrier, l));
   return largest;
 }
 
 /// Expected displacement of the points of a cell in one iteration, by which planes are padded [µm].
 double Growth::reachOf(const Body& cell, double barrier) const {
-  const SpeciesLengths& l = lengths_[cell.species];
+  const ShapeLengths& l = lengths_[cell.shape];
   return planeFunction_.expectedShare() * farthest(barrier, l) +
          std::max(0.0, barrier - cell.scale) * l.radius + paddingAt(barrier, l);
 }
 
 GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {
-  const SpeciesLengths& l = lengths_[cell.species];
+  const ShapeLengths& l = lengths_[cell.shape];
   GrowthBounds bounds;
   // A cell whose step was shortened moves away first: otherwise the same step would be proposed again.
   bounds.scale = cell.stepTaken < 1.0 ? cell.scale : std::max(barrier, cell.scale);

@@ -77,8 +77,8 @@ class Growth {
   std::vector<Body> cells() const { return cells_.own(); }
 
  private:
-  /// Lengths that scale with the mesh of a species [µm].
-  struct SpeciesLengths {
+  /// Lengths that scale with a mesh [µm].
+  struct ShapeLengths {
     double radius, reach, size, facet;  ///< bounding radius, Shape::reach(), cube root of the volume, root of
                                         ///< the mean facet area
   };
@@ -87,7 +87,7 @@ class Growth {
     std::int64_t cells = 0, scale = 0;  ///< scale: the sum [2^-24]
   };
 
-  static std::vector<SpeciesLengths> lengthsOf(const Physics& physics);
+  static std::vector<ShapeLengths> lengthsOf(const Physics& physics);
   double range() const;
   void requireValid() const;
   bool stopped(std::int64_t iterations) const;
@@ -107,9 +107,9 @@ class Growth {
                   std::vector<std::int32_t>& work, ProposalSums& sums);
   void wake(double barrier, const CellSurroundings& surroundings);
   double detailAt(double barrier) const;
-  double paddingAt(double barrier, const SpeciesLengths& lengths) const;
+  double paddingAt(double barrier, const ShapeLengths& lengths) const;
   double rotationBound() const { return physics_.rotate ? settings_.rotationBound : 0.0; }
-  double farthest(double barrier, const SpeciesLengths& lengths) const;
+  double farthest(double barrier, const ShapeLengths& lengths) const;
   double largestMotion(double barrier) const;
   double reachOf(const Body& cell, double barrier) const;
   GrowthBounds boundsOf(const Body& cell, double barrier) const;
@@ -122,7 +122,7 @@ class Growth {
   const GrowthCallbacks& callbacks_;
   GrowthStatistics& statistics_;
   GrowthProgress at_;
-  std::vector<SpeciesLengths> lengths_;
+  std::vector<ShapeLengths> lengths_;  ///< per shape; 0 of those that are not in use
   GrowingCells cells_;
   bool anyFrozen_;
   std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution

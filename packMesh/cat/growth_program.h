@@ -12,7 +12,7 @@
 #include "packMesh/cat/planes.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/problem/freedom.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 

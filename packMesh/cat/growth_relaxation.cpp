@@ -18,7 +18,7 @@ constexpr std::int64_t repairSweeps = 100;
 
 /// The cell without what relaxation has cached about its surroundings.
 Body bare(const Body& body) {
-  Body out = makeBody(body.id, body.species, body.pose());
+  Body out = makeBody(body.id, body.species, body.shape, body.pose());
   out.stepTaken = body.stepTaken;
   return out;
 }
@@ -88,7 +88,8 @@ bool shrinkViolating(const Physics& physics, const Execution& execution, double 
 
 bool seed(const Physics& physics, const Execution& execution, double smallest,
           const std::function<bool()>& stop, std::vector<Body>& own) {
-  GrowingCells cells(physics, execution, std::move(own), 2.0 * physics.largestReach() + physics.clearance, 0);
+  GrowingCells cells(physics, execution, std::move(own),
+                     2.0 * physics.largest(&Shape::reach) + physics.clearance, 0);
   while (shrinkViolating(physics, execution, smallest, cells)) {
     if (stop && stop()) return false;
   }

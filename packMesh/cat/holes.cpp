@@ -31,9 +31,9 @@ struct Holes::Surroundings {
 };
 
 Holes::Holes(const Physics& physics, const Execution& execution) : physics_(physics), execution_(execution) {
-  for (const Species& species : physics.species) {
-    fields_.emplace_back(*species.shape);
-    coarse_.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(species.shape->mesh()).level(0.0)));
+  for (const int s : physics.shapesInUse()) {
+    const Shape& shape = *physics.shapes[s];
+    shapes_.try_emplace(s, SurfaceDistance(shape), MeshHierarchy(LevelsOfDetail(shape.mesh()).level(0.0)));
   }
 }
 
@@ -45,14 +45,12 @@ Holes::Surroundings Holes::surroundingsOf(const Box& region, const std::vector<B
     around.period = physics_.container->period();
     return around;
   }
-  around.range = 0.0;
-  for (const Species& species : physics_.species)
-    around.range = std::max(around.range, species.shape->radius());
+  around.range = physics_.largest(&Shape::radius);
   Vec3 imaged = physics_.container->period();
   for (int k = 0; k < 3; ++k)
     if (region.size()[k] == whole[k]) around.period[k] = std::exchange(imaged[k], 0.0);
   for (const Body& cell : state) {
-    const double reach = cell.scale * physics_.shapeOf(cell.species).radius() + around.range;
+    const double reach = cell.scale * physics_.shapeOf(cell).radius() + around.range;
     forEachImage(cell.position, reach, region, imaged, [&](const ImageShift& shift) {
       Body image = cell;
       image.position += displacement(shift, imaged);
@@ -70,7 +68,7 @@ double Holes::freeAround(const Vec3& p, const Surroundings& around) const {
       free = std::min(free, wall->distance(p).distance - wall->slack());
   for (const Body& cell : around.cells) {
     if (free <= 0.0) break;
-    const SurfaceDistance& field = fields_[cell.species];
+    const SurfaceDistance& field = shapes_.at(cell.shape).first;
     const Vec3 offset = nearestImage(p - cell.position, around.period);
     const Vec3 q = cell.orientation.conjugate() * offset / cell.scale;
     if (cell.scale * field.lowerBound(q) > free) continue;
@@ -87,7 +85,7 @@ double Holes::freeAround(const Vec3& p, const Surroundings& around) const {
 std::vector<Vec3> Holes::circumcentres(const Surroundings& around) const {
   TetrahedraInput input;
   for (const Body& cell : around.cells)
-    input.objects.push_back({coarse_[cell.species].get(), cell.pose().placement()});
+    input.objects.push_back({&shapes_.at(cell.shape).second, cell.pose().placement()});
   input.period = around.period;
   input.bounds = physics_.container->bounds();
   if (std::isfinite(around.range)) input.margin = around.range;

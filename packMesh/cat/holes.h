@@ -2,7 +2,7 @@
 /// @file Holes between cells.
 #pragma once
 
-#include <memory>
+#include <map>
 #include <vector>
 
 #include "packMesh/mesh/mesh_hierarchy.h"
@@ -36,8 +36,7 @@ class Holes {
 
   const Physics& physics_;
   const Execution& execution_;
-  std::vector<SurfaceDistance> fields_;                 ///< per species
-  std::vector<std::unique_ptr<MeshHierarchy>> coarse_;  ///< per species: its coarsest mesh
+  std::map<int, std::pair<SurfaceDistance, MeshHierarchy>> shapes_;  ///< in use, with their coarsest meshes
 };
 
 }  // namespace packmesh

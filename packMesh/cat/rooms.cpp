@@ -36,8 +36,7 @@ LocalGrowth::LocalGrowth(const Physics& physics, const Execution& execution, con
 }
 
 bool LocalGrowth::near(const Body& a, const Body& b, double margin) const {
-  const double reach =
-      physics_.shapeOf(a.species).radius() + physics_.shapeOf(b.species).radius() + std::max(0.0, margin);
+  const double reach = physics_.shapeOf(a).radius() + physics_.shapeOf(b).radius() + std::max(0.0, margin);
   return nearestImage(b.position - a.position, physics_.container->period()).squaredNorm() < reach * reach;
 }
 
@@ -67,14 +66,14 @@ bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::func
                        std::vector<Body>& state, GrowthStatistics& statistics, const Permitted& permitted) {
   double step = 0.0;
   for (const std::int64_t i : growing)
-    step =
-        std::max(step, settings_.translationBound * std::cbrt(physics_.shapeOf(state[i].species).volume()));
+    step = std::max(step, settings_.translationBound * std::cbrt(physics_.shapeOf(state[i]).volume()));
   const std::vector<std::int64_t> members =
       withNeighbours(growing, state, expectedSteps * step + physics_.clearance);
 
   std::vector<Body> part;
   for (const std::int64_t i : members) {
-    part.push_back(makeBody(static_cast<std::int64_t>(part.size()), state[i].species, state[i].pose()));
+    part.push_back(
+        makeBody(static_cast<std::int64_t>(part.size()), state[i].species, state[i].shape, state[i].pose()));
     part.back().frozen = !contains(growing, i);
   }
   GrowthCallbacks callbacks;
@@ -118,18 +117,20 @@ Rooms::Rooms(const Physics& physics, const Execution& execution, const GrowthSet
       growth_(physics, execution, settingsOfTrials(settings), factory),
       orientations_(orientations) {}
 
-std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials) {
+std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, const BodyKind& kind,
+                                   Trials& trials) {
   std::optional<Pose> best;
   Body& body = state[cell];
   const Body before = body;
-  body.species = species;
+  body.species = kind.species;
+  body.shape = kind.shape;
   for (int k = 0; k < orientations_; ++k) {
     Pose pose = before.pose();
     if (physics_.rotate) {
       const auto u = uniform4(physics_.seed, RandomStream::orientation, static_cast<std::uint64_t>(body.id),
                               static_cast<std::uint32_t>(++trials.counters.trials));
       pose.orientation = uniformRotation(u[0], u[1], u[2]);
-      const std::optional<AxisCone>& cone = physics_.species[species].freedom.cone;
+      const std::optional<AxisCone>& cone = physics_.species[kind.species].freedom.cone;
       if (cone) pose.orientation = cone->nearest(pose.orientation);
     }
     pose.scale = firstScale;

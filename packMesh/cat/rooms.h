@@ -12,6 +12,17 @@
 
 namespace packmesh {
 
+/// What is swapped between rooms: constraints and mesh of a body.
+struct BodyKind {
+  int species, shape;
+
+  bool operator==(const BodyKind& other) const { return species == other.species && shape == other.shape; }
+};
+
+inline BodyKind kindOf(const Body& body) {
+  return {body.species, body.shape};
+}
+
 /// Constructs a plane function for the problem that is worked on.
 using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>()>;
 
@@ -70,11 +81,12 @@ class Rooms {
     Counters counters;
   };
 
-  /// The largest size that a body of `species` reaches in the room of `cell` in its place: the suitability
+  /// The largest size that a body of this kind reaches in the room of `cell` in its place: the suitability
   /// score of thesis 3.1.3. Planes are recomputed as it grows.
   /// @param state changed only during the call
   /// @return its pose; empty if not even a small one fits
-  std::optional<Pose> largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials);
+  std::optional<Pose> largest(std::vector<Body>& state, std::int64_t cell, const BodyKind& kind,
+                              Trials& trials);
 
   /// Grows `cell` from its present pose. Never lowers its scale. @return whether it has its full size
   bool enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);

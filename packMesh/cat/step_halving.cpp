@@ -33,7 +33,7 @@ std::optional<std::string> StepHalving::misplacement(const Body& body, const Pla
     return "leaves its region";
   const Wall* wall = physics_.wallOf(cell.species);
   if (!wall) return {};
-  const Shape& shape = physics_.shapeOf(cell.species);
+  const Shape& shape = physics_.shapeOf(cell);
   const double clearance = physics_.wallClearanceOf(cell.species);
   if (wall->isAway(boundingSphere(shape.hierarchy(), cell.placement), clearance)) return {};
   WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, clearance);

@@ -46,7 +46,9 @@ class StepHalving {
             StepHalvingSums& sums) const;
 
  private:
-  PlacedCell placed(const Body& body) const { return {body.species, physics_.placement(body.pose())}; }
+  PlacedCell placed(const Body& body) const {
+    return {body.species, body.shape, physics_.placement(body.pose())};
+  }
   std::optional<std::string> misplacement(const Body& body, const PlacedCell& cell) const;
 
   const Physics& physics_;

@@ -8,8 +8,8 @@ namespace packmesh {
 CertificateInput certificateInputOf(const Physics& physics, const std::vector<PlacedCell>& cells,
                                     const Threads& threads) {
   CertificateInput input;
+  for (const auto& shape : physics.shapes) input.shapes.push_back(shape.get());
   for (const Species& species : physics.species) {
-    input.shapes.push_back(species.shape.get());
     input.walls.push_back(physics.wallOf(species));
     input.extraWallGap.push_back(species.freedom.extraWallClearance);
   }

@@ -14,7 +14,7 @@ namespace packmesh {
 
 /// Input of the certificate. Holds references only.
 struct CertificateInput {
-  std::vector<const Shape*> shapes;  ///< per species
+  std::vector<const Shape*> shapes;  ///< Physics::shapes
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;

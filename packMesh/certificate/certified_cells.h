@@ -21,7 +21,7 @@ class CertifiedCells {
 
   std::int64_t count() const { return static_cast<std::int64_t>(input_.cells->size()); }
   bool isOwn(std::int64_t cell) const { return input_.own == nullptr || (*input_.own)[cell]; }
-  const Shape& shape(std::int64_t cell) const { return *input_.shapes[at(cell).species]; }
+  const Shape& shape(std::int64_t cell) const { return *input_.shapes[at(cell).shape]; }
   const Placement& placement(std::int64_t cell) const { return at(cell).placement; }
   const Wall* wall(std::int64_t cell) const {
     const std::size_t species = at(cell).species;

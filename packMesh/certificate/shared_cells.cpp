@@ -151,7 +151,7 @@ SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const Physics& phy
                           const Communicator& ranks) {
   const Parts parts(*physics.container, own, ranks);
   double radius = 0.0;
-  for (const Species& species : physics.species) radius = std::max(radius, species.shape->radius());
+  for (const auto& shape : physics.shapes) radius = std::max(radius, shape->radius());
   const double reach = 2.0 * radius + largestGap + tolerance::culling;
   const auto cells = static_cast<std::int64_t>(own.size());
   const std::int64_t first = ranks.sumBefore({cells}).front();

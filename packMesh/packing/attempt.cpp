@@ -15,8 +15,9 @@ namespace packmesh {
 namespace {
 
 bool isUnmoved(const BodyState& before, const BodyState& after) {
-  return before.id == after.id && before.species == after.species && before.scale == after.scale &&
-         before.position == after.position && before.orientation.coeffs() == after.orientation.coeffs();
+  return before.id == after.id && before.species == after.species && before.shape == after.shape &&
+         before.scale == after.scale && before.position == after.position &&
+         before.orientation.coeffs() == after.orientation.coeffs();
 }
 
 }  // namespace
@@ -130,9 +131,8 @@ void Attempt::takeFromEngine() {
 
 /// If initial poses are given for all cells and they form a valid packing, it is kept unchanged.
 bool Attempt::startsClean() {
-  const bool whole =
-      std::all_of(problem_.physics.species.begin(), problem_.physics.species.end(),
-                  [](const Species& s) { return static_cast<std::int64_t>(s.start.size()) >= s.count; });
+  const bool whole = std::all_of(problem_.physics.species.begin(), problem_.physics.species.end(),
+                                 [](const Species& s) { return s.placed() >= s.count; });
   if (!whole || engine_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
   return cleanByChance();
 }
@@ -308,7 +308,7 @@ void Attempt::deliver(const Certificate& certificate) {
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i) {
           const Pose pose = result_.poses[i] = states[i].pose();
-          result_.cells[i] = {problem_.physics.kindOf(states[i].species), problem_.physics.placement(pose)};
+          result_.cells[i] = {states[i].species, states[i].shape, problem_.physics.placement(pose)};
         }
       });
   result_.counts.assign(problem_.physics.species.size(), 0);
@@ -344,7 +344,8 @@ void Attempt::take(const PackingResult& fewer) {
   std::int64_t first = 0;  // id
   for (std::size_t s = 0; s < fewer.counts.size(); ++s) {
     for (std::int64_t n = 0; n < fewer.counts[s]; ++n)
-      bodies.push_back(makeBody(first + before[s] + n, static_cast<int>(s), fewer.poses[bodies.size()]));
+      bodies.push_back(makeBody(first + before[s] + n, static_cast<int>(s), fewer.cells[bodies.size()].shape,
+                                fewer.poses[bodies.size()]));
     first += problem_.physics.species[s].count;
   }
   RelaxationState state;

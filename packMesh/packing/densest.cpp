@@ -36,7 +36,8 @@ class Search {
                     [](const Species& s) { return s.inHematocrit && !s.freedom.fixed && s.count > 0; });
     for (const Species& species : problem.physics.species)
       if (species.inHematocrit || !anyRed)
-        (species.freedom.fixed ? fixed_ : free_) += asked(species) * species.shape->volume();
+        (species.freedom.fixed ? fixed_ : free_) +=
+            asked(species) * meanVolume(species, problem.physics.shapes);
   }
 
   Densest operator()() {
@@ -135,11 +136,7 @@ class Search {
         progress.sweep += sweepsOfOthers_;
         problem_.execution.progress(progress);
       };
-    for (std::size_t s = 0; s < counts.size(); ++s) {
-      std::vector<Pose>& start = part.physics.species[s].start;
-      part.physics.species[s].count = counts[s];
-      start.resize(std::min(start.size(), static_cast<std::size_t>(counts[s])));
-    }
+    for (std::size_t s = 0; s < counts.size(); ++s) part.physics.species[s].resize(counts[s]);
     return part;
   }
 

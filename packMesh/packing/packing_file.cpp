@@ -6,7 +6,6 @@
 
 #include "packMesh/core/version.h"
 #include "packMesh/io/hdf5_writer.h"
-#include "packMesh/packing/stored_membranes.h"
 #include "packMesh/packing/write_together.h"
 
 namespace packmesh {
@@ -92,6 +91,36 @@ void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& 
 
 std::string writer() {
   return std::string("packMesh ") + version() + " (" + gitHash() + ")";
+}
+
+std::string pathOfSpecies(std::size_t species) {
+  return "/species/" + std::to_string(species);
+}
+
+void writeMembranes(Hdf5Writer& out, std::size_t species, const std::vector<std::int32_t>& speciesOfCells,
+                    const std::function<const std::vector<Vec3>*(std::size_t)>& verticesOf,
+                    const Communicator& ranks) {
+  std::vector<std::vector<double>> tables(species);
+  std::vector<std::int64_t> own(species, 0), size(species, 0);
+  std::vector<std::int32_t> rows(speciesOfCells.size(), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::vector<Vec3>* const vertices = verticesOf(i);
+    if (!vertices) continue;
+    const std::int32_t s = speciesOfCells[i];
+    rows[i] = std::int32_t(own[s]++);
+    size[s] = std::int64_t(vertices->size());
+    for (const Vec3& v : *vertices) tables[s].insert(tables[s].end(), v.data(), v.data() + 3);
+  }
+  const std::vector<std::int64_t> before = ranks.sumBefore(own);
+  ranks.sum(own);
+  if (std::all_of(own.begin(), own.end(), [](std::int64_t count) { return count == 0; })) return;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i] >= 0) rows[i] += std::int32_t(before[speciesOfCells[i]]);
+  out.table(membraneRows, 1, rows);
+  for (std::size_t s = 0; s < species; ++s) {
+    const auto width = int(-ranks.min(-size[s]));
+    if (own[s] > 0) out.table(pathOfSpecies(s) + "/membranes", width, tables[s], 3);
+  }
 }
 
 std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,6 +59,22 @@ std::string writer();
 
 /// Measures as columns; NaN where they are not known. @param cells of this rank
 std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells);
+
+/// The group of a species in files.
+std::string pathOfSpecies(std::size_t species);
+
+/// Rows of the cells in the tables of membranes.
+inline constexpr const char* membraneRows = "/cells/membrane";
+
+/// Writes the vertices of the cells that have meshes of their own, `/species/<s>/membranes`, and the row of
+/// each cell in them, `/cells/membrane`; nothing if there are no such cells. All ranks call.
+/// @param species numbers of species in the file, and those of this rank's cells, which those of lower ranks
+/// precede
+/// @param verticesOf of one of them, in the order and frame of the template [µm]; nullptr: it has that of the
+/// template
+void writeMembranes(Hdf5Writer& out, std::size_t species, const std::vector<std::int32_t>& speciesOfCells,
+                    const std::function<const std::vector<Vec3>*(std::size_t)>& verticesOf,
+                    const Communicator& ranks);
 
 /// Group `/lumen`: its box, and its surface if it has a wall. All ranks call.
 void writeLumen(Hdf5Writer& out, const Container& lumen);

@@ -51,7 +51,7 @@ struct PackingResult {
   /// Sorted by species, then by id: of this rank, preceded by those of lower ranks. All requested cells if
   /// certified (and those from a reserve); if not feasible, the densest certified packing found (see
   /// `searched`), or none without Limits::fewerCells; none if interrupted.
-  std::vector<PlacedCell> cells;     ///< their `species` is Physics::kindOf()
+  std::vector<PlacedCell> cells;
   std::vector<Pose> poses;           ///< the same cells as poses
   std::vector<std::int64_t> counts;  ///< number of this rank's cells of each species of the problem
   std::int64_t cellCount = 0;        ///< of all ranks

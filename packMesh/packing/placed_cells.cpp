@@ -10,28 +10,36 @@
 namespace packmesh {
 namespace {
 
-/// Initial cells [from, to) of a species, whose first cell has this id.
-std::vector<Pose> startOf(const Physics& physics, const Execution& execution, int s, std::int64_t from,
-                          std::int64_t to, std::int64_t firstId) {
+/// Appends the initial cells [from, to) of a species, whose first cell has this id.
+void place(const Physics& physics, const Execution& execution, int s, std::int64_t from, std::int64_t to,
+           std::int64_t firstId, std::vector<Body>& bodies) {
   const Species& species = physics.species[s];
-  const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
-  std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom), species.start.begin() + atRandom);
-  if (species.inColumns) {
-    const Columns columns(*species.shape, species.count, physics.container->bounds(),
-                          physics.clearance + tolerance::relaxationMargin, physics.seed);
-    for (std::int64_t cell = from; cell < to; ++cell) poses.push_back(columns.pose(cell));
-    return poses;
+  const auto add = [&](std::int64_t cell, int shape, const Pose& pose) {
+    bodies.push_back(makeBody(firstId + cell, s, shape, pose));
+  };
+  const auto deformed = std::int64_t(species.deformed.size());
+  for (std::int64_t n = from; n < std::min(to, deformed); ++n) {
+    const auto& [shape, start] = species.deformed[n];
+    add(n, shape, start ? *start : placeRandomly(physics, execution, s, shape, firstId + n, 1).front());
   }
-  std::vector<Pose> placed = placeRandomly(physics, execution, s, firstId + atRandom, to - atRandom);
-  placed.insert(placed.begin(), poses.begin(), poses.end());
-  return placed;
+  from = std::clamp(from, deformed, std::max(to, deformed));
+  const std::int64_t atRandom =
+      std::clamp(deformed + std::int64_t(species.start.size()), from, std::max(from, to));
+  for (std::int64_t n = from; n < atRandom; ++n) add(n, species.shape, species.start[n - deformed]);
+  if (atRandom >= to) return;
+  if (species.inColumns) {
+    const Columns columns(physics.shapeOf(species), species.count, physics.container->bounds(),
+                          physics.clearance + tolerance::relaxationMargin, physics.seed);
+    for (std::int64_t n = atRandom; n < to; ++n) add(n, species.shape, columns.pose(n));
+    return;
+  }
+  std::int64_t n = atRandom;
+  for (const Pose& pose :
+       placeRandomly(physics, execution, s, species.shape, firstId + atRandom, to - atRandom))
+    add(n++, species.shape, pose);
 }
 
 }  // namespace
-
-bool startsAtGivenPose(const Species& species, std::int64_t cell) {
-  return species.inColumns || cell < static_cast<std::int64_t>(species.start.size());
-}
 
 std::optional<std::vector<Body>> placedCells(const Physics& physics, Execution execution,
                                              const IdShares& shares, RunControl& control) {
@@ -46,10 +54,7 @@ std::optional<std::vector<Body>> placedCells(const Physics& physics, Execution e
     begin += physics.species[i].count;
     const std::int64_t from = std::max(first, speciesBegin), to = std::min(end, begin);
     if (from >= to) continue;
-    std::int64_t id = from;
-    for (const Pose& pose :
-         startOf(physics, execution, s, from - speciesBegin, to - speciesBegin, speciesBegin))
-      bodies.push_back(makeBody(id++, s, pose));
+    place(physics, execution, s, from - speciesBegin, to - speciesBegin, speciesBegin, bodies);
   }
   if (control.outOfTime()) return {};
   return bodies;

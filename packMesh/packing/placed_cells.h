@@ -13,10 +13,6 @@
 
 namespace packmesh {
 
-/// Whether the problem gives the initial pose of a cell, so that it is not placed at random. Numbered within
-/// its species.
-bool startsAtGivenPose(const Species& species, std::int64_t cell);
-
 /// The cells of this rank's share at full size: at their given initial poses, or at random. All ranks call.
 /// @return nothing if there was no time for it
 std::optional<std::vector<Body>> placedCells(const Physics& physics, Execution execution,

@@ -29,11 +29,11 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
 
 void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
   const auto& [fixed, cone, region, freeLayer, extraWallClearance] = species.freedom;
-  digest.add(static_cast<std::int64_t>(species.start.size()));
-  for (const Pose& pose : species.start) {
+  digest.add(species.placed());
+  species.forEachStart([&](int, const Pose& pose) {
     digest.add(pose.position);
     for (int k = 0; k < 4; ++k) digest.add(pose.orientation.coeffs()[k]);
-  }
+  });
   digest.add(fixed);
   digest.add(extraWallClearance);
   digest.add(cone ? cone->axis : Vec3(Vec3::Zero()));
@@ -48,14 +48,20 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
 
 void addSpecies(const Physics& physics, const Species& species, const Box& bounds, Digest& digest) {
   // The hematocrit and the numbers before rounding only determine how fewer cells are tried.
-  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked, kind] = species;
+  // The kind only names the cells.
+  const auto& [name, shape, count, wall, inHematocrit, kind, deformed, start, freedom, inColumns, asked] =
+      species;
   digest.add(name);
   digest.add(count);
-  digest.add(shape->mesh());
-  const Wall* const met = shape->undeformed() ? nullptr : physics.wallOf(species);  // there are many of them
-  if (met) addWall(*met, bounds, digest);
+  digest.add(physics.shapes[shape]->mesh());
+  if (const Wall* const met = physics.wallOf(species)) addWall(*met, bounds, digest);
   if (inColumns) digest.add(std::string("in columns"));
-  if (!start.empty() || !freedom.isFree()) addFreedom(species, bounds, digest);
+  for (const DeformedCell& cell : deformed) {
+    digest.add(cell.shape);
+    for (const Vec3& v : physics.shapeOf(cell).mesh().vertices) digest.add(v);
+    digest.add(cell.start.has_value());
+  }
+  if (species.placed() > 0 || !freedom.isFree()) addFreedom(species, bounds, digest);
 }
 
 XXH3_state_t* of(const std::shared_ptr<void>& state) {
@@ -92,7 +98,7 @@ std::string Digest::text() const {
 
 std::string digestOf(const PackingProblem& problem) {
   // `written` is not compared: it belongs to the program, not to the problem.
-  const auto& [species, container, clearance, wallClearance, seed, rotate, written] = problem.physics;
+  const auto& [species, shapes, container, clearance, wallClearance, seed, rotate, written] = problem.physics;
   Digest digest;
   digest.add(generation);
   digest.add(problem.engine ? 1 : 0);

@@ -87,7 +87,7 @@ void Repairs::demandOfWall(const MisplacedCell& cell, Relaxation& relaxation) {
   double& demanded = demandedOfWall_[cell.cell];
   const double wanted = cell.gap > 0.0 ? cell.required - cell.gap + tolerance::repairClearance
                                        : std::max(tolerance::repairClearance, more * demanded);
-  const double most = physics_.largestReach();  // more than relaxation can miss
+  const double most = physics_.largest(&Shape::reach);  // more than relaxation can miss
   const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
   demanded += extra;
   relaxation.demandWallClearance(cell.cell, extra);

@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/state_cells.h"
 
+#include <algorithm>
 #include <cmath>
-#include <optional>
+#include <map>
 #include <utility>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/read_together.h"
 #include "packMesh/packing/state_file.h"
-#include "packMesh/packing/stored_membranes.h"
 
 namespace packmesh {
 namespace {
 
-/// "RBC" of "RBC, region 1", as parts are named.
-std::string kindOf(const std::string& part) {
-  return part.substr(0, part.find(','));
+/// The kind of cell of a part. Version 2 names parts: "RBC, region 1".
+std::string kindOf(const Hdf5Reader& in, const std::string& part) {
+  const std::string name = in.text(part, "name");
+  return in.has("/request") ? name : name.substr(0, name.find(','));
 }
 
 /// The kinds of cells, and for each part of the file that of which it is.
 std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, StateCells& state) {
   std::vector<std::int32_t> kindOfPart;
   for (std::int64_t p = 0; p < parts; ++p) {
-    const std::string path = pathOfSpecies(p), name = kindOf(in.text(path, "name"));
+    const std::string path = pathOfSpecies(p), name = kindOf(in, path);
     std::size_t k = 0;
     while (k < state.species.size() && state.species[k].name != name) ++k;
     kindOfPart.push_back(static_cast<std::int32_t>(k));
@@ -41,6 +43,33 @@ std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, St
     state.species.push_back(std::move(kind));
   }
   return kindOfPart;
+}
+
+/// Reads the vertices of those of these cells that have meshes of their own.
+/// @param species of the file @param first number of the first cell
+void readMembranes(const Hdf5Reader& in, const std::vector<std::int32_t>& species, std::int64_t first,
+                   std::vector<Cell>& cells) {
+  const auto rows = in.table<std::int32_t>(membraneRows, 1, first, std::int64_t(cells.size()));
+  std::map<std::int32_t, std::pair<std::int64_t, std::int64_t>> ranges;  // of rows, by species
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i] < 0) continue;
+    auto& [begin, end] = ranges.try_emplace(species[i], rows[i], rows[i]).first->second;
+    begin = std::min<std::int64_t>(begin, rows[i]);
+    end = std::max<std::int64_t>(end, rows[i] + 1);
+  }
+  for (const auto& [s, range] : ranges) {
+    const std::int64_t size = in.size(pathOfSpecies(s) + "/vertices")[0];
+    const auto values = in.table<double>(pathOfSpecies(s) + "/membranes", int(3 * size), range.first,
+                                         range.second - range.first);
+    if (!std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }))
+      in.fail("is damaged: it contains values out of range");
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i] < 0 || species[i] != s) continue;
+      const double* const own = &values[(rows[i] - range.first) * 3 * size];
+      cells[i].vertices.reserve(size);
+      for (std::int64_t v = 0; v < size; ++v) cells[i].vertices.emplace_back(own + 3 * v);
+    }
+  }
 }
 
 StateCells readShare(const std::filesystem::path& file, const Communicator& ranks, bool withMeshes) {
@@ -65,9 +94,9 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     state.box = {row(0), row(1)};
     state.period = row(2);
   }
-  std::optional<StoredMembranes> membranes;
-  state.deformed = StoredMembranes::areIn(in);
-  if (state.deformed && withMeshes) membranes.emplace(in, species, first, count);
+  std::vector<std::int32_t> shapes;
+  if (in.has("/cells/shape")) shapes = in.table<std::int32_t>("/cells/shape", 1, first, count);
+  state.deformed = in.has(membraneRows);
   state.certified = true;
   for (std::int64_t i = 0; i < count; ++i) {
     constexpr double rounding = 1e-6;  // of unit quaternions and scales
@@ -82,11 +111,12 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
       in.fail("is damaged: it contains values out of range");
     if (std::abs(scale[i] - 1.0) > rounding) in.fail("has cells that still grow: continue that run first");
     cell.species = kinds[species[i]];
-    if (membranes) cell.vertices = membranes->of(i);
+    if (!shapes.empty()) cell.shape = shapes[i];
     ++state.species[cell.species].count;
     state.cells.push_back(std::move(cell));
     state.certified = state.certified && !std::isnan(gap[i]);
   }
+  if (state.deformed && withMeshes) readMembranes(in, species, first, state.cells);
   return state;
 }
 

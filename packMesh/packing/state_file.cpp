@@ -11,7 +11,6 @@
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/io/hdf5_writer.h"
 #include "packMesh/io/seal.h"
-#include "packMesh/packing/filed_species.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/problem_digest.h"
@@ -63,12 +62,14 @@ const char* stageOf(const PackingState& state, bool finished) {
 struct CellTables {  // orientations as w, x, y, z, which ParaView takes
   std::vector<std::int64_t> id;
   std::vector<std::int32_t> species, deepInWall;
+  std::vector<std::int32_t> shape;  ///< if there are deformed cells
   std::vector<double> position, orientation, scale, extraWallClearance, overlap, moved;
 };
 
 /// Calls visit(name, columns, table) for every table.
+/// @param withShapes there are deformed cells
 template <class Tables, class Visit>
-void forEachTable(Tables& tables, Visit&& visit) {
+void forEachTable(bool withShapes, Tables& tables, Visit&& visit) {
   visit("id", 1, tables.id);
   visit("species", 1, tables.species);
   visit("position", 3, tables.position);
@@ -78,16 +79,18 @@ void forEachTable(Tables& tables, Visit&& visit) {
   visit("overlap", 1, tables.overlap);
   visit("moved", 1, tables.moved);
   visit("deep_in_wall", 1, tables.deepInWall);
+  if (withShapes) visit("shape", 1, tables.shape);
 }
 
-CellTables tablesOf(const std::vector<BodyState>& cells, const FiledSpecies& species) {
+CellTables tablesOf(bool withShapes, const std::vector<BodyState>& cells) {
   CellTables tables;
-  forEachTable(tables, [&](const char*, int columns, auto& table) {
+  forEachTable(withShapes, tables, [&](const char*, int columns, auto& table) {
     table.reserve(cells.size() * static_cast<std::size_t>(columns));  // they are large
   });
   for (const BodyState& cell : cells) {
     tables.id.push_back(cell.id);
-    tables.species.push_back(species.of(cell.species));
+    tables.species.push_back(cell.species);
+    if (withShapes) tables.shape.push_back(cell.shape);
     tables.position.insert(tables.position.end(), cell.position.begin(), cell.position.end());
     const Quaternion& q = cell.orientation;
     tables.orientation.insert(tables.orientation.end(), {q.w(), q.x(), q.y(), q.z()});
@@ -101,21 +104,24 @@ CellTables tablesOf(const std::vector<BodyState>& cells, const FiledSpecies& spe
 }
 
 /// Whether all tables have the same number of rows.
-bool alike(CellTables& tables) {
+bool alike(bool withShapes, CellTables& tables) {
   const std::size_t rows = tables.id.size();
   bool same = true;
-  forEachTable(tables, [&](const char*, int columns, const auto& table) {
+  forEachTable(withShapes, tables, [&](const char*, int columns, const auto& table) {
     same = same && table.size() == rows * static_cast<std::size_t>(columns);
   });
   return same;
 }
 
-std::vector<BodyState> cellsOf(const CellTables& tables) {
+/// @return their species and shapes may be none of the problem
+std::vector<BodyState> cellsOf(const Physics& physics, const CellTables& tables) {
   std::vector<BodyState> cells(tables.id.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     BodyState& cell = cells[i];
     cell.id = tables.id[i];
     cell.species = tables.species[i];
+    const bool isKnown = cell.species >= 0 && cell.species < static_cast<int>(physics.species.size());
+    cell.shape = !tables.shape.empty() ? tables.shape[i] : isKnown ? physics.species[cell.species].shape : -1;
     cell.position = Vec3(&tables.position[3 * i]);
     const double* q = &tables.orientation[4 * i];
     cell.orientation = {q[0], q[1], q[2], q[3]};
@@ -126,6 +132,19 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
     cell.deepInWall = tables.deepInWall[i] != 0;
   }
   return cells;
+}
+
+/// Names, numbers and templates.
+void writeSpecies(Hdf5Writer& out, const Physics& physics) {
+  out.group("/species");
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
+    const Species& species = physics.species[s];
+    const std::string path = pathOfSpecies(s);
+    out.group(path);
+    out.attribute(path, "name", species.kindName());
+    out.attribute(path, "count", species.count);
+    writeMesh(out, path, physics.shapeOf(species).mesh());
+  }
 }
 
 /// All values that do not belong to a cell, as named arrays.
@@ -222,9 +241,9 @@ PackingState stateOf(const RunTables& t) {
   return state;
 }
 
-bool ofTheRightSizes(const RunTables& t, std::size_t species) {
+bool ofTheRightSizes(const RunTables& t, std::size_t shapes) {
   return t.position.size() == 7 && t.counters.size() == 9 && t.lengths.size() == 3 &&
-         (t.counts.empty() || t.counts.size() == species) &&
+         (t.counts.empty() || t.counts.size() == shapes) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
          t.position[0] <= static_cast<std::int64_t>(Stage::engine) && t.engine.size() == 6 &&
@@ -327,8 +346,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   for (const auto& [name, hash] : together)
     out.attribute(filesGroup, std::to_string(files++).c_str(), hash + " " + name);
   if (files > 0) out.attribute(filesGroup, "number", files);
-  const FiledSpecies species(problem.physics);
-  species.write(out);
+  writeSpecies(out, problem.physics);
   writeLumen(out, *problem.physics.container);
   out.group("/run");
   out.group("/relaxation");
@@ -339,12 +357,19 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   forEachRunTable(run, [&](const std::string& path, int columns, const auto& table) {
     out.commonTable(path, columns, table);
   });
-  const CellTables cells = tablesOf(state.cells, species);
-  forEachTable(cells, [&](const char* name, int columns, const auto& table) {
+  const bool withShapes = problem.physics.hasDeformed();
+  const CellTables cells = tablesOf(withShapes, state.cells);
+  forEachTable(withShapes, cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, columns, table);
   });
   writeColumns(out, columnsOf(state.measures, state.cells.size()));
-  species.writeMembranes(out, state, problem.execution.communicator);
+  const auto verticesOf = [&](std::size_t i) -> const std::vector<Vec3>* {
+    if (!state.vertices.empty()) return state.vertices[i].empty() ? nullptr : &state.vertices[i];
+    const bool isDeformed = withShapes && problem.physics.isDeformed(state.cells[i]);
+    return isDeformed ? &problem.physics.shapeOf(state.cells[i]).mesh().vertices : nullptr;
+  };
+  writeMembranes(out, problem.physics.species.size(), cells.species, verticesOf,
+                 problem.execution.communicator);
   // Data of the engine only: the fractions of their last steps that cells took, and the best state of earlier
   // attempts.
   const bool atEngine = state.position.stage == Stage::engine;
@@ -352,8 +377,8 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   for (const BodyState& cell : state.cells)
     if (atEngine) taken.push_back(cell.stepTaken);
   out.table(ofEngine("taken"), 1, taken);
-  const CellTables best = tablesOf(state.engine.best, species);
-  forEachTable(best, [&](const char* name, int columns, const auto& table) {
+  const CellTables best = tablesOf(withShapes, state.engine.best);
+  forEachTable(withShapes, best, [&](const char* name, int columns, const auto& table) {
     out.table(ofEngine("best/") + name, columns, table);
   });
 }
@@ -421,21 +446,23 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     table = in.table<Number>(path, columns);
   });
   const char* const misfit = "is damaged: the sizes of its tables are inconsistent";
-  if (!ofTheRightSizes(run, problem.physics.species.size())) in.fail(misfit);
+  if (!ofTheRightSizes(run, problem.physics.shapes.size())) in.fail(misfit);
   const char* const impossible = "is damaged: it contains values out of range";
   if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
   PackingState state = stateOf(run);
   if (in.size("/cells/id")[0] != state.cellCount) in.fail(misfit);
   const auto [first, end] = IdShares(state.cellCount, ranks).own();
+  const bool withShapes = in.has("/cells/shape");
   CellTables cells;
-  forEachTable(cells, [&, from = first, count = end - first](const char* name, int columns, auto& table) {
-    using Number = typename std::decay_t<decltype(table)>::value_type;
-    table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
-  });
+  forEachTable(withShapes, cells,
+               [&, from = first, count = end - first](const char* name, int columns, auto& table) {
+                 using Number = typename std::decay_t<decltype(table)>::value_type;
+                 table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
+               });
   for (const CellMeasures::Column& column : CellMeasures::columns)
     state.measures.*column.values =
         in.table<double>(std::string("/cells/") + column.name, 1, first, end - first);
-  state.cells = cellsOf(cells);
+  state.cells = cellsOf(problem.physics, cells);
   if (state.position.stage == Stage::engine) {
     if (in.size(ofEngine("taken"))[0] != state.cellCount) in.fail(misfit);
     const std::vector<double> taken = in.table<double>(ofEngine("taken"), 1, first, end - first);
@@ -444,22 +471,19 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   const std::int64_t bestCells = in.size(ofEngine("best/id"))[0];
   if (bestCells != 0 && bestCells != state.cellCount) in.fail(misfit);
   CellTables best;
-  forEachTable(best, [&, from = bestCells > 0 ? first : 0, count = bestCells > 0 ? end - first : 0](
-                         const char* name, int columns, auto& table) {
-    using Number = typename std::decay_t<decltype(table)>::value_type;
-    table = in.table<Number>(ofEngine("best/") + name, columns, from, count);
-  });
-  if (!alike(best)) in.fail(misfit);
-  state.engine.best = cellsOf(best);
-  const FiledSpecies filed(problem.physics);
-  for (std::vector<BodyState>* const some : {&state.cells, &state.engine.best})
-    for (BodyState& cell : *some) cell.species = filed.speciesOf(cell.species, cell.id).value_or(-1);
+  forEachTable(withShapes, best,
+               [&, from = bestCells > 0 ? first : 0, count = bestCells > 0 ? end - first : 0](
+                   const char* name, int columns, auto& table) {
+                 using Number = typename std::decay_t<decltype(table)>::value_type;
+                 table = in.table<Number>(ofEngine("best/") + name, columns, from, count);
+               });
+  if (!alike(withShapes, best)) in.fail(misfit);
+  state.engine.best = cellsOf(problem.physics, best);
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::engine)
     for (const Species& species : problem.physics.species) all += species.count;
   const auto unknown = [&](const BodyState& cell) {
-    return cell.species < 0 || cell.species >= static_cast<int>(problem.physics.species.size()) ||
-           cell.id < 0 || cell.id >= all;
+    return !problem.physics.areOfCell(cell.species, cell.shape) || cell.id < 0 || cell.id >= all;
   };
   if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
       std::any_of(state.engine.best.begin(), state.engine.best.end(), unknown))

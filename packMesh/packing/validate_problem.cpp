@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -28,7 +27,7 @@ void checkClearance(double clearance, const char* what) {
 }
 
 /// A cell fits nowhere if a ball inside it is wider than the lumen along an axis.
-void checkFits(const Species& species, const Container& container, double wallClearance) {
+void checkFits(const Species& species, const Shape& shape, const Container& container, double wallClearance) {
   Vec3 room = container.bounds().size();
   for (int k = 0; k < 3; ++k)
     if (container.period()[k] > 0.0)
@@ -36,19 +35,18 @@ void checkFits(const Species& species, const Container& container, double wallCl
     else
       room[k] -= 2.0 * wallClearance;
   constexpr double surely = 0.98;  // depths inside meshes are interpolated
-  if (room.minCoeff() <= 2.0 * surely * species.shape->halfThickness() ||
-      species.shape->volume() > container.volume())
+  if (room.minCoeff() <= 2.0 * surely * shape.halfThickness() || shape.volume() > container.volume())
     throw InputError(
-        "a cell of species '" + species.name + "' (" + number(2.0 * species.shape->radius()) + " µm wide, " +
-        number(species.shape->volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +
+        "a cell of species '" + species.name + "' (" + number(2.0 * shape.radius()) + " µm wide, " +
+        number(shape.volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +
         (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
 }
 
 /// A cell may be wider than the period, but not so wide that the number of its images becomes excessive.
-void checkPeriods(const Species& species, const PackingProblem& problem) {
+void checkPeriods(const Species& species, const Shape& shape, const PackingProblem& problem) {
   constexpr double mostPeriods = 32.0;
   const Vec3& period = problem.physics.container->period();
-  const double width = 2.0 * species.shape->radius(), gap = measuredUpTo(problem.physics.clearance);
+  const double width = 2.0 * shape.radius(), gap = measuredUpTo(problem.physics.clearance);
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
       throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +
@@ -66,8 +64,10 @@ void checkRoomForClearance(const PackingProblem& problem) {
   double needed = 0.0, room = 1.0;
   for (const Species& species : problem.physics.species) {
     count += species.count;
-    needed += double(species.count) *
-              std::pow(std::cbrt(species.shape->volume()) + std::cbrt(unitBall) * grown, 3.0);
+    species.forEachShape([&](int shape, std::int64_t cells) {
+      const double volume = problem.physics.shapes[shape]->volume();
+      needed += double(cells) * std::pow(std::cbrt(volume) + std::cbrt(unitBall) * grown, 3.0);
+    });
   }
   const Vec3 lumen = problem.physics.container->bounds().size(), period = problem.physics.container->period();
   for (int k = 0; k < 3; ++k)
@@ -77,16 +77,27 @@ void checkRoomForClearance(const PackingProblem& problem) {
                      " µm apart need a lumen larger than " + problem.physics.container->describe());
 }
 
+void checkShapes(const Species& species, const Physics& physics) {
+  const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
+  const auto exists = [&](int shape) {
+    return shape >= 0 && shape < static_cast<int>(physics.shapes.size()) && physics.shapes[shape];
+  };
+  if (!exists(species.shape)) refuse("has no shape");
+  for (const DeformedCell& cell : species.deformed)
+    if (!exists(cell.shape) || physics.shapes[cell.shape]->undeformed() != physics.shapes[species.shape])
+      refuse("has a deformed cell whose shape is not a form of its template");
+}
+
 void checkStart(const Species& species) {
   const Freedom& freedom = species.freedom;
   const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
-  if (freedom.fixed && static_cast<std::int64_t>(species.start.size()) != species.count)
+  if (freedom.fixed && species.placed() != species.count)
     refuse("is fixed, so each of its cells needs an initial pose");
-  for (const Pose& pose : species.start) {
+  species.forEachStart([&](int, const Pose& pose) {
     if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite())
       refuse("has an initial pose that is not finite");
     if (pose.scale != 1.0) refuse("has initial poses that are not of full size");
-  }
+  });
   checkClearance(freedom.extraWallClearance, "extra clearance to the wall");
   if (freedom.cone && !(freedom.cone->spread >= 0.0 && freedom.cone->spread <= 0.5 * std::acos(-1.0)))
     refuse("has an axis with a spread that is not in [0, pi/2] rad");
@@ -102,7 +113,7 @@ void checkColumns(const PackingProblem& problem) {
       throw InputError("species '" + one.name + "' cannot start in columns: " + what);
     };
     if (++species > 1) refuse("another species does as well");
-    if (!one.start.empty()) refuse("some of its cells exist already");
+    if (one.placed() > 0 || !one.deformed.empty()) refuse("some of its cells exist already");
     if (one.freedom.cone) refuse("the orientation of its cells is constrained");
     if (one.freedom.region) refuse("its cells are restricted to a region");
     if (!one.freedom.isFree()) refuse("its cells are fixed or have an extra clearance to the wall");
@@ -117,14 +128,13 @@ void checkColumns(const PackingProblem& problem) {
 void checkFixed(const Physics& physics, const Threads& threads) {
   std::vector<PlacedCell> cells;
   std::vector<std::string> names;
-  std::map<std::string, std::int64_t> numbers;  // cells with meshes of their own are species of one name
   for (std::size_t s = 0; s < physics.species.size(); ++s) {
     const Species& species = physics.species[s];
     if (!species.freedom.fixed) continue;
-    for (const Pose& pose : species.start) {
-      cells.push_back({static_cast<int>(s), physics.placement(pose)});
-      names.push_back("cell " + std::to_string(++numbers[species.name]) + " of '" + species.name + "'");
-    }
+    species.forEachStart([&, first = cells.size()](int shape, const Pose& pose) {
+      cells.push_back({static_cast<int>(s), shape, physics.placement(pose)});
+      names.push_back("cell " + std::to_string(cells.size() - first) + " of '" + species.name + "'");
+    });
   }
   if (cells.empty()) return;
   const Certificate found = certify(certificateInputOf(physics, cells, threads));
@@ -146,7 +156,7 @@ void checkFixed(const Physics& physics, const Threads& threads) {
 double cellVolume(const PackingProblem& problem) {
   double volume = 0.0;
   for (const Species& species : problem.physics.species)
-    volume += static_cast<double>(species.count) * species.shape->volume();
+    volume += static_cast<double>(species.count) * meanVolume(species, problem.physics.shapes);
   return volume;
 }
 
@@ -155,15 +165,20 @@ void validate(const PackingProblem& problem) {
   checkClearance(problem.physics.clearance, "clearance between cells");
   checkClearance(problem.physics.wallClearance, "clearance to the wall");
   for (const Species& species : problem.physics.species) {
-    if (!species.shape) throw InputError("species '" + species.name + "' has no shape");
+    checkShapes(species, problem.physics);
     if (species.count < 0)
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
+    if (species.undeformed() < 0)
+      throw InputError("species '" + species.name + "' has more deformed cells than cells");
     checkStart(species);
     if (species.count == 0) continue;
-    checkPeriods(species, problem);
-    checkFits(species, *problem.physics.container,
-              problem.physics.wallClearance + species.freedom.extraWallClearance);
+    species.forEachShape([&](int s, std::int64_t) {
+      const Shape& shape = *problem.physics.shapes[s];
+      checkPeriods(species, shape, problem);
+      checkFits(species, shape, *problem.physics.container,
+                problem.physics.wallClearance + species.freedom.extraWallClearance);
+    });
   }
   checkColumns(problem);
   if (problem.engine) problem.engine->validate(problem);

@@ -28,7 +28,7 @@ void WrittenCells::take(Relaxation& relaxation) {
   problem_->execution.threads.forEachPart(
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i)
-          cells_[i] = {states[i].species, problem_->physics.placement(states[i].pose())};
+          cells_[i] = {states[i].species, states[i].shape, problem_->physics.placement(states[i].pose())};
       });
   relaxation.forgetTouched();
 }

@@ -63,9 +63,9 @@ Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, doub
 }
 
 std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
-                                std::int64_t firstId, std::int64_t count) {
+                                int shapeNumber, std::int64_t firstId, std::int64_t count) {
   std::vector<Pose> poses(count);
-  const Shape& shape = physics.shapeOf(species);
+  const Shape& shape = *physics.shapes[shapeNumber];
   const Wall* wall = physics.wallOf(species);
   const Freedom& freedom = physics.species[species].freedom;
   const Region* region = freedom.region.get();

@@ -32,8 +32,9 @@ Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, doub
 /// half-thickness of the shape); orientations uniform, or the identity without Physics::rotate. Cells
 /// overlap. Each pose depends only on the physics, the seed among them, and the cell's id. If interrupted,
 /// the remaining cells have default poses.
+/// @param shape of the cells
 /// @param firstId of `count` cells: numbers over all species
-std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
+std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species, int shape,
                                 std::int64_t firstId, std::int64_t count);
 
 }  // namespace packmesh

@@ -17,13 +17,17 @@ struct Cell {
   Pose pose;
   /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
   std::vector<Vec3> vertices = {};
+  /// Of these, in a state of a packing: index into Physics::shapes of what was packed; -1: not known.
+  std::int32_t shape = -1;
 };
 
 /// A cell as the numbers written to files place it: certificate and acceptance refer to these, which are not
-/// those of a pose to the last bit. There are many, and the shape is that of the species.
+/// those of a pose to the last bit.
 struct PlacedCell {
-  int species = 0;  ///< index into Physics::species
+  std::int32_t species = 0;  ///< index into Physics::species
+  std::int32_t shape = 0;    ///< index into Physics::shapes
   Placement placement;
 };
+static_assert(sizeof(PlacedCell) == 8 + sizeof(Placement), "there are many");
 
 }  // namespace packmesh

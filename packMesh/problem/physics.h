@@ -2,21 +2,112 @@
 /// @file What is true of a packing, however it is found.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/container/region.h"
 #include "packMesh/core/pose.h"
-#include "packMesh/problem/species.h"
+#include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/cell.h"
+#include "packMesh/shape/shape.h"
 
 namespace packmesh {
+
+/// Allowed directions of the axis of a cell: the y axis of its mesh, which is the symmetry axis of red cells
+/// and platelets. The two ends of an axis are equivalent.
+struct AxisCone {
+  Vec3 axis = Vec3::UnitY();  ///< unit vector
+  double spread = 0.0;        ///< largest angle between the cell's axis and this one [rad]
+
+  /// Angle between the axis of a cell with this orientation and this one [rad], at most π/2.
+  double angle(const Quaternion& orientation) const;
+  /// `orientation` after the smallest rotation that brings the axis into the cone.
+  Quaternion nearest(const Quaternion& orientation) const;
+};
+
+/// A layer along a wall that membranes stay out of. It is not part of the certificate: relaxation observes it
+/// up to its tolerances and the interpolation of the distance.
+struct FreeLayer {
+  std::shared_ptr<const Wall> wall;
+  double thickness = 0.0;  ///< [µm]
+};
+
+/// Constraints on the cells of a species; default: none.
+struct Freedom {
+  bool fixed = false;  ///< cells stay where they start
+  std::optional<AxisCone> cone;
+  std::shared_ptr<const Region> region;  ///< cell centres stay inside; nullptr: anywhere
+  std::optional<FreeLayer> freeLayer;
+  double extraWallClearance = 0.0;  ///< clearance to the wall in addition to that of all cells [µm]
+
+  bool isFree() const { return !fixed && !cone && !region && !freeLayer && extraWallClearance == 0.0; }
+};
+
+/// Meshes that cells have: templates, and deformed forms of them.
+using Shapes = std::vector<std::shared_ptr<const Shape>>;
+
+/// A cell that has a mesh of its own from the start.
+struct DeformedCell {
+  int shape = 0;              ///< a deformed form of the template: index into Physics::shapes
+  std::optional<Pose> start;  ///< initial pose, scale 1; empty: at random
+};
+
+/// Cells with the same constraints, and their number.
+struct Species {
+  std::string name;
+  int shape = 0;  ///< the template, which cells have unless they are deformed: index into Physics::shapes
+  std::int64_t count = 0;
+  /// The wall for this species; nullptr: the container's own.
+  std::shared_ptr<const Wall> wall;
+  bool inHematocrit = true;  ///< its volume is part of the hematocrit
+  /// The kind of cell, by which results name those of this and of other species; empty: `name`.
+  std::string kind = {};
+  std::vector<DeformedCell> deformed = {};  ///< the first cells
+  /// Initial poses of the next cells, scale 1; the others start at random.
+  std::vector<Pose> start = {};
+  Freedom freedom = {};  ///< the cells of fixed species all have initial poses
+  /// Starts in columns (packMesh/placement/columns.h) instead of at random. At most one species, which is
+  /// unconstrained and has no initial poses, in boxes that are periodic along all axes.
+  bool inColumns = false;
+  /// Requested number before rounding to `count`; 0: the same. If fewer cells are tried, their numbers are
+  /// derived from this one, so that larger and smaller requests try the same numbers of every species.
+  double asked = 0.0;
+
+  const std::string& kindName() const { return kind.empty() ? name : kind; }
+  std::int64_t undeformed() const { return count - std::int64_t(deformed.size()); }
+  bool usesTemplate() const { return undeformed() > 0 || deformed.empty(); }
+  /// Cells whose initial poses are given.
+  std::int64_t placed() const;
+  /// Whether the initial pose of a cell is given or that of a column, so that it is not random. Numbered
+  /// within the species.
+  bool startsAtGivenPose(std::int64_t cell) const;
+  /// Leaves the first cells.
+  void resize(std::int64_t cells);
+  /// Calls visit(shape, cells) for that of each deformed cell, and for the template unless all are deformed.
+  template <class Visit>
+  void forEachShape(const Visit& visit) const {
+    for (const DeformedCell& cell : deformed) visit(cell.shape, std::int64_t(1));
+    if (usesTemplate()) visit(shape, undeformed());
+  }
+  /// Calls visit(shape, pose) for the cells whose initial poses are given.
+  template <class Visit>
+  void forEachStart(const Visit& visit) const {
+    for (const DeformedCell& cell : deformed)
+      if (cell.start) visit(cell.shape, *cell.start);
+    for (const Pose& pose : start) visit(shape, pose);
+  }
+};
 
 /// The cells, the lumen, and what is required of them.
 struct Physics {
   std::vector<Species> species;
+  Shapes shapes;  ///< to which species and cells refer
   std::shared_ptr<const Container> container;
   /// Least gap between membranes [µm], guaranteed by the certificate. 0, the default, requires that no two
   /// meshes share a point, which is all that HemoCell needs and admits the densest packings; the gap achieved
@@ -35,24 +126,46 @@ struct Physics {
     for (const Species& one : species) cells += one.count;
     return cells;
   }
-  /// The kind by which results name the cells of a species.
-  int kindOf(int s) const { return species[s].kind < 0 ? s : species[s].kind; }
-  const Shape& shapeOf(int s) const { return *species[s].shape; }
+  /// Adds a species with a template of its own.
+  Species& add(std::string name, std::shared_ptr<const Shape> shape, std::int64_t count);
+  /// The shape of a cell, or the template of a species.
+  template <class Cell>
+  const Shape& shapeOf(const Cell& cell) const {
+    return *shapes[cell.shape];
+  }
+  /// Whether a cell has another mesh than the template of its species.
+  template <class Cell>
+  bool isDeformed(const Cell& cell) const {
+    return cell.shape != species[cell.species].shape;
+  }
+  /// Whether there are deformed forms of templates.
+  bool hasDeformed() const;
+  /// Whether these numbers of a file name a species, and its template or a deformed form of it.
+  bool areOfCell(std::int64_t ofSpecies, std::int64_t shape) const;
+  /// Numbers of the shapes that the species have, ascending.
+  std::vector<int> shapesInUse() const;
   /// The wall for a species; nullptr: none.
   const Wall* wallOf(const Species& one) const { return one.wall ? one.wall.get() : container->wall(); }
   const Wall* wallOf(int s) const { return wallOf(species[s]); }
   /// Least gap between cells of a species and their wall [µm].
   double wallClearanceOf(int s) const { return wallClearance + species[s].freedom.extraWallClearance; }
-  /// The largest Shape::reach() [µm].
-  double largestReach() const {
-    double reach = 0.0;
-    for (const Species& one : species) reach = std::max(reach, one.shape->reach());
-    return reach;
-  }
+  /// The largest length of the shapes of the species: `&Shape::radius` or `&Shape::reach` [µm].
+  double largest(double (Shape::*length)() const) const;
   /// A cell as it will be written if it is of full size.
   Placement placement(const Pose& pose) const {
     return written && pose.scale == 1.0 ? written(pose) : pose.placement();
   }
 };
+
+/// Mean volume of the cells of a species [µm³].
+double meanVolume(const Species& species, const Shapes& shapes);
+
+/// Gives cells of this rank meshes of their own. All ranks call; the new shapes are appended on each of them.
+/// @param cells of this rank
+/// @param vertices by index of the cell, in the order and frame of the template [µm]. Pre: with its triangles
+///   they are closed, outward-oriented surfaces
+/// @param shapes of the cells
+void deform(std::vector<PlacedCell>& cells, const std::map<std::size_t, std::vector<Vec3>>& vertices,
+            Shapes& shapes, const Communicator& ranks);
 
 }  // namespace packmesh

@@ -18,18 +18,20 @@ struct BodyState {
   /// Upper bound of the displacement of any of its points since the pairs were last listed [µm]. Results
   /// about its surroundings stay valid up to a certain displacement.
   double moved = 0.0;
-  double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
-  double extraWallClearance = 0.0;  ///< added for cells that the exact test found misplaced [µm]
-  double stepTaken = 1.0;           ///< engines: the fraction of the last proposed step that was taken
-  std::int64_t id = 0;              ///< global, over all species
-  int species = 0;
-  int block = 0;
+  double overlap = 0.0;                 ///< sum of its penetrations in the last sweep [µm]
+  double extraWallClearance = 0.0;      ///< added for cells that the exact test found misplaced [µm]
+  double stepTaken = 1.0;               ///< engines: the fraction of the last proposed step that was taken
+  std::int64_t id = 0;                  ///< global, over all species
+  std::int32_t species = 0, shape = 0;  ///< indices into Physics::species and Physics::shapes
+  std::int32_t block = 0;
   bool deepInWall = false;  ///< was deep in the wall at the last test, so coarse samples suffice
   bool touched = false;     ///< moved since Relaxation::forgetTouched()
   bool frozen = false;      ///< engines: does not move, and neighbours grow up to its surface
 
   Pose pose() const { return {scale, orientation, position}; }
 };
+
+static_assert(sizeof(BodyState) == 128, "there are many");
 
 /// Aligned so that threads that move neighbours in memory do not write to the same lines of their caches.
 struct alignas(64) Body : BodyState {
@@ -59,18 +61,19 @@ struct alignas(64) Body : BodyState {
 };
 
 /// The state of a body that has not been moved yet.
-inline BodyState stateOf(std::int64_t id, int species, const Pose& pose) {
+inline BodyState stateOf(std::int64_t id, int species, int shape, const Pose& pose) {
   BodyState state;
   state.id = id;
   state.species = species;
+  state.shape = shape;
   state.scale = pose.scale;
   state.orientation = pose.orientation;
   state.position = pose.position;
   return state;
 }
 
-inline Body makeBody(std::int64_t id, int species, const Pose& pose) {
-  Body body(stateOf(id, species, pose));
+inline Body makeBody(std::int64_t id, int species, int shape, const Pose& pose) {
+  Body body(stateOf(id, species, shape, pose));
   body.deepInWall = true;
   return body;
 }

@@ -39,18 +39,13 @@ constexpr double negligible = 0.1 * tolerance::relaxationTolerance;
 
 }  // namespace
 
-SpeciesModel::SpeciesModel(const Shape& shapeOfCells, const Wall* wallOfSpecies, double referenceVolume,
-                           Freedom freedomOfSpecies)
-    : shape(&shapeOfCells),
-      bound(shapeOfCells.bound()),
-      radius(shapeOfCells.radius()),
-      inverseMass(freedomOfSpecies.fixed ? 0.0
-                                         : std::clamp(referenceVolume / shapeOfCells.volume(),
-                                                      1.0 / largestMassRatio, largestMassRatio)),
+ShapeModel::ShapeModel(const Shape& of, double referenceVolume)
+    : shape(&of),
+      bound(of.bound()),
+      radius(of.radius()),
+      inverseMass(std::clamp(referenceVolume / of.volume(), 1.0 / largestMassRatio, largestMassRatio)),
       inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
-      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shapeOfCells.halfThickness())),
-      wall(wallOfSpecies),
-      freedom(std::move(freedomOfSpecies)) {}
+      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * of.halfThickness())) {}
 
 /// How a body moves.
 struct ContactSolver::Motion {
@@ -73,9 +68,10 @@ struct ContactSolver::Contact {
   double depth;  ///< penetration into the clearance [µm]
 };
 
-ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period,
-                             double clearance, double wallClearance)
-    : models_(std::move(models)),
+ContactSolver::ContactSolver(std::vector<ShapeModel> shapes, std::vector<SpeciesModel> species,
+                             const Box& region, const Vec3& period, double clearance, double wallClearance)
+    : shapes_(std::move(shapes)),
+      species_(std::move(species)),
       period_(period),
       clearance_(clearance),
       wallClearance_(wallClearance),
@@ -90,7 +86,7 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region
     }
     return field;
   };
-  for (SpeciesModel& model : models_) {
+  for (SpeciesModel& model : species_) {
     model.wallField = fieldOf(model.wall);
     if (const auto& layer = model.freedom.freeLayer) model.layerWall = fieldOf(layer->wall.get());
   }
@@ -132,9 +128,9 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
   const Body &sampled = side == 0 ? meeting.a : meeting.b, &surface = side == 0 ? meeting.b : meeting.a;
   const double clearance = meeting.clearance;
   ContactSums sums;
-  const ContactViews& views = models_[sampled.species].views();
+  const ContactViews& views = shapes_[sampled.shape].views();
   kernel_(coarsely ? views.coarseSamples : views.samples, meeting.frame(side),
-          models_[surface.species].views().field, static_cast<float>(clearance / surface.scale),
+          shapes_[surface.shape].views().field, static_cast<float>(clearance / surface.scale),
           static_cast<float>(margin / surface.scale), mask, sums);
   nearest = surface.scale * sums.nearest;
   touched = sums.touched;
@@ -149,7 +145,7 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
   const double coherence = normal.norm();
   const Vec3 fromSurface = side == 0 ? meeting.fromB : Vec3(-meeting.fromB);
   if (coherence < lockedNormal &&
-      (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
+      (contact.depth > shapes_[surface.shape].lockedDepth || clearance > clearance_)) {
     const double distance = fromSurface.norm();
     if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;  // otherwise undefined
   }
@@ -162,10 +158,10 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
 }
 
 void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
-  const Freedom& freedom = models_[body.species].freedom;
+  const Freedom& freedom = species_[body.species].freedom;
   if (freedom.fixed) return;
   body.changed = body.touched = true;
-  const double reach = models_[body.species].radius * body.scale;
+  const double reach = shapes_[body.shape].radius * body.scale;
   Vec3 step = translation;
   double length = step.norm();
   if (length > largestStep * reach) {
@@ -199,19 +195,21 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
 ContactSolver::Push ContactSolver::pushOf(const Contact& contact, Body& away, Body& back) const {
   away.overlap += contact.depth;
   back.overlap += contact.depth;
-  const SpeciesModel &a = models_[away.species], &b = models_[back.species];
+  const ShapeModel &a = shapes_[away.shape], &b = shapes_[back.shape];
+  const bool isFixedA = isFixed(away), isFixedB = isFixed(back);
   const Vec3 turnA = contact.arm.cross(contact.normal), turnB = contact.backArm.cross(contact.normal);
-  const double inertiaA = rotate_ ? a.inverseInertia : 0.0, inertiaB = rotate_ ? b.inverseInertia : 0.0;
-  const double compliance =
-      a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
+  const double massA = isFixedA ? 0.0 : a.inverseMass, massB = isFixedB ? 0.0 : b.inverseMass;
+  const double inertiaA = rotate_ && !isFixedA ? a.inverseInertia : 0.0;
+  const double inertiaB = rotate_ && !isFixedB ? b.inverseInertia : 0.0;
+  const double compliance = massA + massB + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
   const double impulse = omega_ * contact.depth / compliance;
-  return {{impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA},
-          {-impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB}};
+  return {{impulse * massA * contact.normal, impulse * inertiaA * turnA},
+          {-impulse * massB * contact.normal, -impulse * inertiaB * turnB}};
 }
 
 void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
   Body &a = bodies[pair.first], &b = bodies[pair.second];
-  if (models_[a.species].freedom.fixed && models_[b.species].freedom.fixed) return;
+  if (isFixed(a) && isFixed(b)) return;
   const double moved = a.moved + b.moved;
   if (moved <= pair.apartUntil) return;
   const double clearance = clearance_ + pair.extraClearance - slack_;
@@ -237,7 +235,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
 }
 
 double ContactSolver::boundedGap(const Body& a, const Body& b, const Vec3& fromB) const {
-  const SpeciesModel &modelA = models_[a.species], &modelB = models_[b.species];
+  const ShapeModel &modelA = shapes_[a.shape], &modelB = shapes_[b.shape];
   const double distance = fromB.norm();
   const double bySpheres = distance - a.scale * modelA.radius - b.scale * modelB.radius;
   if (bySpheres > clearance_ || !(distance > 1e-12)) return bySpheres;  // no direction

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
-#include "packMesh/problem/freedom.h"
+#include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_kernel.h"
 #include "packMesh/relaxation/pair_list.h"
@@ -19,27 +19,29 @@ namespace packmesh {
 /// fine ones, in which cells lock.
 constexpr double deepContact = 0.4;
 
-/// Properties of a species that relaxation uses.
-struct SpeciesModel {
+/// Properties of a shape that relaxation uses.
+struct ShapeModel {
   const Shape* shape;
   SupportBound bound;
-  double radius;                         ///< [µm]
-  double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
-  double inverseInertia;                 ///< isotropic [1/µm²], times inverseMass
-  double lockedDepth;                    ///< deeper contacts may be locked [µm]
-  const Wall* wall;                      ///< nullptr: none
-  const WallField* wallField = nullptr;  ///< of the wall; set by the solver
-  const WallField* layerWall = nullptr;  ///< of the free layer
-
-  Freedom freedom;
+  double radius;          ///< [µm]
+  double inverseMass;     ///< of a cell of scale 1 that can move; 1 for the shape of the median volume
+  double inverseInertia;  ///< isotropic [1/µm²], times inverseMass
+  double lockedDepth;     ///< deeper contacts may be locked [µm]
 
   /// What finds contacts; that of a deformed cell is made when it is first needed.
   const ContactViews& views() const { return shape->views(); }
 
   /// References the shape, which must outlive the model.
   /// @param referenceVolume volume of a cell of mass 1 [µm³]
-  SpeciesModel(const Shape& shapeOfCells, const Wall* wallOfSpecies, double referenceVolume,
-               Freedom freedom = {});
+  ShapeModel(const Shape& of, double referenceVolume);
+};
+
+/// Constraints of a species.
+struct SpeciesModel {
+  const Wall* wall;  ///< nullptr: none
+  Freedom freedom = {};
+  const WallField* wallField = nullptr;  ///< of the wall; set by the solver
+  const WallField* layerWall = nullptr;  ///< of the free layer
 };
 
 /// Sums over one sweep. They are exact, so that they do not depend on the order of summation.
@@ -75,8 +77,8 @@ struct SweepSums {
 class ContactSolver {
  public:
   /// @param region where cells can be [µm]
-  ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period, double clearance,
-                double wallClearance);
+  ContactSolver(std::vector<ShapeModel> shapes, std::vector<SpeciesModel> species, const Box& region,
+                const Vec3& period, double clearance, double wallClearance);
 
   /// @param slack penetrations up to this are not resolved [µm]
   void setPush(double omega, double slack) {
@@ -101,8 +103,6 @@ class ContactSolver {
   /// Resolves the contacts of a body with its wall and, if its species is restricted to a region, moves it
   /// there.
   void resolveSurroundings(Body& body, SweepSums& sums) const;
-
-  const std::vector<SpeciesModel>& models() const { return models_; }
 
  private:
   struct Contact;
@@ -131,8 +131,10 @@ class ContactSolver {
   Push pushOf(const Contact& contact, Body& away, Body& back) const;
   void push(Body& body, const WallSums& found, SweepSums& sums) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
+  bool isFixed(const Body& body) const { return species_[body.species].freedom.fixed; }
 
-  std::vector<SpeciesModel> models_;
+  std::vector<ShapeModel> shapes_;
+  std::vector<SpeciesModel> species_;
   Vec3 period_;
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;

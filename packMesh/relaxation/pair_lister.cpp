@@ -11,7 +11,7 @@ namespace {
 std::vector<Sphere> spheresOf(const PairListerInput& input) {
   std::vector<Sphere> spheres;
   spheres.reserve(input.bodies.size());
-  for (const Body& b : input.bodies) spheres.push_back({b.position, input.radii[b.species] * b.scale});
+  for (const Body& b : input.bodies) spheres.push_back({b.position, input.radii[b.shape] * b.scale});
   return spheres;
 }
 

@@ -17,7 +17,7 @@ namespace packmesh {
 struct PairListerInput {
   const std::vector<Body>& bodies;         ///< wrapped into the bounds; sorted by block, then by id
   const std::vector<std::int64_t>& start;  ///< first body of each block; one past the last at the end
-  const std::vector<double>& radii;        ///< per species, of cells of scale 1 [µm]
+  const std::vector<double>& radii;        ///< per shape, of cells of scale 1 [µm]
   double margin = 0.0;                     ///< [µm]
   Box bounds;
   Vec3 period = Vec3::Zero();

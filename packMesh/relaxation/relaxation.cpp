@@ -25,45 +25,45 @@ double blockEdge(const Box& bounds, double largestRadius, const std::vector<std:
   return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
 }
 
-/// Number of cells per species on all ranks.
-std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t species,
+/// Number of cells per shape on all ranks.
+std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t shapes,
                                    const Communicator& communicator) {
-  std::vector<std::int64_t> counts(species, 0);
-  for (const Body& b : bodies) ++counts[b.species];
+  std::vector<std::int64_t> counts(shapes, 0);
+  for (const Body& b : bodies) ++counts[b.shape];
   communicator.sum(counts);
   return counts;
 }
 
 RelaxationState begun(RelaxationState state, const Physics& physics, const std::vector<Body>& bodies,
                       const Communicator& communicator) {
-  if (state.counts.empty()) state.counts = countsOf(bodies, physics.species.size(), communicator);
+  if (state.counts.empty()) state.counts = countsOf(bodies, physics.shapes.size(), communicator);
   return state;
 }
 
 /// Shape of the cell of median volume; nullptr if there are no cells.
 const Shape* medianShape(const Physics& physics, const std::vector<std::int64_t>& counts) {
-  std::vector<std::size_t> species(counts.size());
-  std::iota(species.begin(), species.end(), 0);
-  std::stable_sort(species.begin(), species.end(), [&](std::size_t a, std::size_t b) {
-    return physics.species[a].shape->volume() < physics.species[b].shape->volume();
+  std::vector<std::size_t> shapes(counts.size());
+  std::iota(shapes.begin(), shapes.end(), 0);
+  std::stable_sort(shapes.begin(), shapes.end(), [&](std::size_t a, std::size_t b) {
+    return physics.shapes[a]->volume() < physics.shapes[b]->volume();
   });
   const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   std::int64_t before = 0;
-  for (const std::size_t s : species)
-    if (before += counts[s]; before > all / 2) return physics.species[s].shape.get();
+  for (const std::size_t s : shapes)
+    if (before += counts[s]; before > all / 2) return physics.shapes[s].get();
   return nullptr;
 }
 
 ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts) {
-  std::vector<SpeciesModel> models;
+  std::vector<ShapeModel> shapes;
+  std::vector<SpeciesModel> species;
   const Shape* median = medianShape(physics, counts);
   const double reference = median != nullptr ? median->volume() : 1.0;
-  for (const Species& species : physics.species)
-    models.emplace_back(*species.shape, physics.wallOf(species), reference, species.freedom);
-  double reach = 0.0;
-  for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
+  for (const auto& shape : physics.shapes) shapes.emplace_back(*shape, reference);
+  for (const Species& one : physics.species) species.push_back({physics.wallOf(one), one.freedom});
   // Between two rebuilds of the lists, no point of a cell leaves the bounds by more than this.
-  ContactSolver solver(std::move(models), physics.container->bounds().grownBy(3.0 * reach),
+  ContactSolver solver(std::move(shapes), std::move(species),
+                       physics.container->bounds().grownBy(3.0 * physics.largest(&Shape::radius)),
                        physics.container->period(), physics.clearance + tolerance::relaxationMargin,
                        physics.wallClearance + tolerance::relaxationMargin);
   solver.setMobile(physics.rotate);
@@ -73,12 +73,6 @@ ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>
 double medianHalfThickness(const Physics& physics, const std::vector<std::int64_t>& counts) {
   const Shape* median = medianShape(physics, counts);
   return median != nullptr ? median->halfThickness() : 1.0;
-}
-
-double largestRadius(const Physics& physics) {
-  double radius = 0.0;
-  for (const Species& species : physics.species) radius = std::max(radius, species.shape->radius());
-  return radius;
 }
 
 /// Distance from a cell's centre within which the certificate can look for neighbours [µm].
@@ -99,8 +93,8 @@ Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::
       cellCount_(communicator_.sum(static_cast<std::int64_t>(bodies.size()))),
       solver_(makeSolver(physics, state_.counts)),
       halfThickness_(medianHalfThickness(physics, state_.counts)),
-      largestRadius_(largestRadius(physics)),
-      largestReach_(physics.largestReach()),
+      largestRadius_(physics.largest(&Shape::radius)),
+      largestReach_(physics.largest(&Shape::reach)),
       blocks_(bounds_, period_,
               std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + clearance_,
                        0.5 * certifiedRange(largestReach_, clearance_)),
@@ -112,9 +106,11 @@ Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::
   for (const auto& [pair, extra] : state_.extraClearance)
     largestExtra_ = std::max(largestExtra_, static_cast<double>(extra));
   state_.blocks = blocks_.counts();
-  for (const Species& species : physics.species) radii_.push_back(species.shape->radius());
-  for (std::size_t s = 0; s < state_.counts.size(); ++s)
-    if (physics.species[s].freedom.fixed) fixedCount_ += state_.counts[s];
+  for (const auto& shape : physics.shapes) radii_.push_back(shape->radius());
+  fixedCount_ = communicator_.sum(
+      static_cast<std::int64_t>(std::count_if(bodies_.begin(), bodies_.end(), [&](const Body& body) {
+        return physics.species[body.species].freedom.fixed;
+      })));
   std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
   for (const Body& body : bodies_) ++cellsOfBlock[blocks_.blockOf(heldWithin(body.position))];
   shareOut(std::move(cellsOfBlock));

@@ -149,7 +149,7 @@ class Relaxation {
   RelaxationState state_;
   std::int64_t cellCount_, fixedCount_ = 0;
   ContactSolver solver_;
-  std::vector<double> radii_;  ///< per species [µm]
+  std::vector<double> radii_;  ///< per shape [µm]
   double halfThickness_;
   double largestRadius_;
   double largestReach_;  ///< distance within which the certificate looks for neighbours of a cell [µm]

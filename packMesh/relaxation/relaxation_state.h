@@ -19,7 +19,7 @@ using ExtraClearances = std::map<std::pair<std::int64_t, std::int64_t>, float>;
 
 /// The same on all ranks. With the bodies this is all that the following sweeps depend on.
 struct RelaxationState {
-  /// Initial number of cells per species, from which blocks and masses are derived. Empty: of the bodies
+  /// Initial number of cells per shape, from which blocks and masses are derived. Empty: of the bodies
   /// given.
   std::vector<std::int64_t> counts;
   std::array<int, 3> blocks = {0, 0, 0};  ///< along each axis

@@ -24,7 +24,7 @@ double deepestOf(const WallSums& sums) {
 }  // namespace
 
 void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
-  const Freedom& freedom = models_[body.species].freedom;
+  const Freedom& freedom = species_[body.species].freedom;
   if (freedom.fixed || (body.sleeping && body.moved == 0.0)) return;
   resolveWall(body, sums);
   if (freedom.freeLayer) resolveLayer(body, sums);
@@ -32,7 +32,7 @@ void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
 }
 
 void ContactSolver::resolveRegion(Body& body, SweepSums& sums) const {
-  const WallDistance toSurface = models_[body.species].freedom.region->distance(body.position);
+  const WallDistance toSurface = species_[body.species].freedom.region->distance(body.position);
   const double depth = tolerance::relaxationMargin - slack_ - toSurface.distance;
   if (!(depth > 0.0)) return;
   sums.add(depth);
@@ -41,11 +41,12 @@ void ContactSolver::resolveRegion(Body& body, SweepSums& sums) const {
 }
 
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
-  const SpeciesModel& model = models_[body.species];
-  if (model.wallField == nullptr || body.moved < body.awayFromWallUntil) return;
-  const WallField& wall = *model.wallField;
+  const SpeciesModel& species = species_[body.species];
+  if (species.wallField == nullptr || body.moved < body.awayFromWallUntil) return;
+  const ShapeModel& model = shapes_[body.shape];
+  const WallField& wall = *species.wallField;
   const double clearance =
-      wallClearance_ + model.freedom.extraWallClearance + body.extraWallClearance - slack_;
+      wallClearance_ + species.freedom.extraWallClearance + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = wall.distance(body.position) - wall.slack();
   if (atCenter > reach + clearance) {
@@ -89,9 +90,10 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
 }
 
 void ContactSolver::resolveLayer(Body& body, SweepSums& sums) const {
-  const SpeciesModel& model = models_[body.species];
-  const WallField& wall = *model.layerWall;
-  const double thickness = model.freedom.freeLayer->thickness + tolerance::relaxationMargin - slack_;
+  const SpeciesModel& species = species_[body.species];
+  const ShapeModel& model = shapes_[body.shape];
+  const WallField& wall = *species.layerWall;
+  const double thickness = species.freedom.freeLayer->thickness + tolerance::relaxationMargin - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = wall.distance(body.position) - wall.slack();
   if (atCenter > reach + thickness) return;
@@ -105,7 +107,7 @@ void ContactSolver::resolveLayer(Body& body, SweepSums& sums) const {
 }
 
 void ContactSolver::push(Body& body, const WallSums& found, SweepSums& sums) const {
-  const SpeciesModel& model = models_[body.species];
+  const ShapeModel& model = shapes_[body.shape];
   const double inertia = rotate_ ? model.inverseInertia : 0.0;
   for (int k = 0; k < found.contacts; ++k) {
     const WallContact& c = found.contact[k];

@@ -74,10 +74,12 @@ class PackingFile:
     def _read(self, file: Group) -> None:
         cells = file.group("cells")
         parts = file.groups("species")
-        names: List[str] = []  # "RBC, region 1" is a part of "RBC"
+        names: List[str] = []
         of_part = []
         for part in parts:
-            name = part.text("name").split(",")[0]
+            name = part.text("name")
+            if "command" in file:  # version 2 names parts: "RBC, region 1"
+                name = name.split(",")[0]
             if name not in names:
                 names.append(name)
             of_part.append(names.index(name))
@@ -89,7 +91,7 @@ class PackingFile:
         in_order = order if np.any(np.diff(species) < 0) else slice(None)
         self.species = species[in_order]
         stored = {name: cells.table(name, _COLUMNS.get(name), whole=name == "membrane")
-                  for name in (*_COLUMNS, *cells.names()) if name not in ("id", "species") and (name in cells or name in _REQUIRED)}
+                  for name in (*_COLUMNS, *cells.names()) if name not in ("id", "species", "shape") and (name in cells or name in _REQUIRED)}
         if {len(table) if table.ndim else 0 for table in (*stored.values(), species)} != {len(species)}:
             raise Damaged("tables of different sizes")
         stored = {name: table[in_order] for name, table in stored.items()}

@@ -103,8 +103,8 @@ py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const PlacedCell& cell = cells[i];
     if (held->kindOf[cell.species] != species) continue;
-    const auto own = held->membranes.find(i);
-    for (const Vec3& vertex : own == held->membranes.end() ? body : own->second)
+    const std::vector<Vec3>* const own = ownVertices(*held, i);
+    for (const Vec3& vertex : own ? *own : body)
       for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
   }
   return array;

@@ -286,9 +286,10 @@ py::dict columnsByName(PythonPacking& packing) {
 bool hasDeformed(const PythonPacking& packing, int species) {
   const Held held = packing.held;
   const std::vector<PlacedCell>& cells = held->packing.result.cells;
-  return held->ranks.any(std::any_of(held->membranes.begin(), held->membranes.end(), [&](const auto& one) {
-    return held->kindOf[cells[one.first].species] == species;
-  }));
+  bool any = false;
+  for (std::size_t i = 0; i < cells.size() && !any; ++i)
+    any = held->kindOf[cells[i].species] == species && ownVertices(*held, i);
+  return held->ranks.any(any);
 }
 
 /// None if its state does not say.

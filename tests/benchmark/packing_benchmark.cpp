@@ -59,7 +59,7 @@ PackingProblem redCells(std::shared_ptr<const Container> container, double fract
   PackingProblem problem;
   const std::shared_ptr<const Shape> shape = hemocellShape("RBC");
   const auto count = static_cast<std::int64_t>(fraction * container->volume() / shape->volume());
-  problem.physics.species = {{"RBC", shape, count, nullptr}};
+  problem.physics.add("RBC", shape, count);
   problem.physics.container = std::move(container);
   return problem;
 }
@@ -87,8 +87,8 @@ PackingProblem wholeBlood() {
   PackingProblem problem = cube(49.0, 0.40);
   const auto platelets =
       static_cast<std::int64_t>(0.07 * static_cast<double>(problem.physics.species[0].count));
-  problem.physics.species.push_back({"PLT", hemocellShape("PLT"), platelets, nullptr});
-  problem.physics.species.push_back({"WBC", hemocellShape("WBC"), 2, nullptr});
+  problem.physics.add("PLT", hemocellShape("PLT"), platelets);
+  problem.physics.add("WBC", hemocellShape("WBC"), 2);
   return problem;
 }
 
@@ -132,9 +132,10 @@ TriangleMesh ovalCell() {
 PackingProblem ovalCells(double fraction) {
   PackingProblem problem = cube(50.0, fraction);
   const auto shape = std::make_shared<Shape>(ovalCell());
-  problem.physics.species = {
-      {"oval", shape,
-       static_cast<std::int64_t>(fraction * problem.physics.container->volume() / shape->volume()), nullptr}};
+  problem.physics.species.clear();
+  problem.physics.add(
+      "oval", shape,
+      static_cast<std::int64_t>(fraction * problem.physics.container->volume() / shape->volume()));
   return problem;
 }
 

@@ -140,6 +140,12 @@ def test_python_keeps_membranes(state):
     loaded = packmesh.load(case / "packed.h5")
     np.testing.assert_array_equal(loaded.vertices("RBC"), packed.vertices("RBC"))
     assert loaded.check() and packed.check()
+    # Its cells are its own, also if the file that it was packed from has others since.
+    write_run(case, CENTERS[:6]).packing().save(case / "flowing.h5")
+    loaded = packmesh.load(case / "packed.h5")
+    assert loaded.check() and loaded.hematocrit == packed.hematocrit
+    for name in ("RBC", "PLT"):
+        np.testing.assert_array_equal(loaded.vertices(name), packed.vertices(name))
 
 
 def volumes_of(cells, name="RBC"):

@@ -85,11 +85,11 @@ inline std::shared_ptr<const Container> vase() {
 inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, std::int64_t each) {
   PackingProblem problem;
   const auto shape = [](const TriangleMesh& mesh) { return std::make_shared<const Shape>(mesh); };
-  problem.physics.species = {{"sphere", shape(icosphere(2, 1.8)), each, nullptr},
-                             {"cube", shape(cube(2.8)), each, nullptr},
-                             {"cone", shape(cone()), each, nullptr},
-                             {"torus", shape(sample::torus(Vec3::Zero(), 2.0, 0.8, 20, 10)), each, nullptr},
-                             {"sickle", shape(sickle()), each, nullptr}};
+  problem.physics.add("sphere", shape(icosphere(2, 1.8)), each);
+  problem.physics.add("cube", shape(cube(2.8)), each);
+  problem.physics.add("cone", shape(cone()), each);
+  problem.physics.add("torus", shape(sample::torus(Vec3::Zero(), 2.0, 0.8, 20, 10)), each);
+  problem.physics.add("sickle", shape(sickle()), each);
   problem.physics.container = std::move(container);
   useCat(problem);
   return problem;

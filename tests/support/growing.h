@@ -20,9 +20,10 @@ inline std::vector<Body> seeded(const Physics& physics, const std::vector<std::i
   std::vector<Body> cells;
   for (std::size_t s = 0; s < counts.size(); ++s) {
     const auto first = static_cast<std::int64_t>(cells.size());
-    for (Pose pose : placeRandomly(physics, {}, static_cast<int>(s), first, counts[s])) {
+    for (Pose pose : placeRandomly(physics, {}, static_cast<int>(s), static_cast<int>(s), first, counts[s])) {
       pose.scale = scale;
-      cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), static_cast<int>(s), pose));
+      cells.push_back(
+          makeBody(static_cast<std::int64_t>(cells.size()), static_cast<int>(s), static_cast<int>(s), pose));
     }
   }
   if (!seed(physics, {}, scale, {}, cells)) throw std::runtime_error("no valid first state");
@@ -76,7 +77,7 @@ inline void takeSteps(const Physics& physics, const std::vector<GrowthStep>& ste
   std::vector<double> extent;
   for (std::size_t i = 0; i < inOrder.size(); ++i) {
     const Body& cell = growing.all()[i];
-    extent.push_back(std::max(cell.scale, inOrder[i].scale) * physics.shapeOf(cell.species).reach() +
+    extent.push_back(std::max(cell.scale, inOrder[i].scale) * physics.shapeOf(cell).reach() +
                      inOrder[i].translation.norm());
   }
   const CellSurroundings surroundings(physics, growing.all(), std::vector<double>(extent.size(), 0.0),

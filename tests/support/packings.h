@@ -21,7 +21,7 @@ inline PackingProblem redCellProblem(std::shared_ptr<const Container> container,
                                      std::uint64_t seed = 1) {
   PackingProblem problem;
   const auto count = static_cast<std::int64_t>(fraction * container->volume() / redCellShape()->volume());
-  problem.physics.species = {{"RBC", redCellShape(), count, nullptr}};
+  problem.physics.add("RBC", redCellShape(), count);
   problem.physics.container = std::move(container);
   problem.physics.seed = seed;
   return problem;
@@ -30,7 +30,7 @@ inline PackingProblem redCellProblem(std::shared_ptr<const Container> container,
 inline bool sameBits(const PackingResult& a, const PackingResult& b) {
   if (a.cells.size() != b.cells.size()) return false;
   for (std::size_t i = 0; i < a.cells.size(); ++i)
-    if (a.cells[i].species != b.cells[i].species ||
+    if (a.cells[i].species != b.cells[i].species || a.cells[i].shape != b.cells[i].shape ||
         a.cells[i].placement.linear != b.cells[i].placement.linear ||
         a.cells[i].placement.translation != b.cells[i].placement.translation)
       return false;
@@ -42,9 +42,8 @@ inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, doub
                                 std::uint64_t seed) {
   PackingProblem problem;
   const std::shared_ptr<const Shape> red = redCellShape(), ball = sphereShape(1.0);
-  problem.physics.species.push_back(
-      {"RBC", red, static_cast<std::int64_t>(fraction * container->volume() / red->volume()), nullptr});
-  problem.physics.species.push_back({"PLT", ball, 1 + problem.physics.species[0].count / 14, nullptr});
+  problem.physics.add("RBC", red, static_cast<std::int64_t>(fraction * container->volume() / red->volume()));
+  problem.physics.add("PLT", ball, 1 + problem.physics.species[0].count / 14);
   problem.physics.container = std::move(container);
   problem.physics.seed = seed;
   return problem;
@@ -65,7 +64,7 @@ inline PackingProblem toBeCalibrated(double edge, double fraction, double factor
     for (std::size_t i = 0; i < packed.poses.size(); ++i) {
       Pose pose = packed.poses[i];
       pose.position *= factor;
-      state.cells.push_back(makeBody(static_cast<std::int64_t>(i), 0, pose));
+      state.cells.push_back(makeBody(static_cast<std::int64_t>(i), 0, 0, pose));
     }
   return problem;
 }

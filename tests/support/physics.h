@@ -14,7 +14,7 @@ namespace packmesh::test {
 inline Physics physicsOf(const std::vector<std::shared_ptr<const Shape>>& shapes,
                          std::shared_ptr<const Container> container) {
   Physics physics;
-  for (const auto& shape : shapes) physics.species.push_back({"cell", shape, 0, nullptr});
+  for (const auto& shape : shapes) physics.add("cell", shape, 0);
   physics.container = std::move(container);
   return physics;
 }

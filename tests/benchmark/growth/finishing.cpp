@@ -27,12 +27,11 @@ void escapeFrom(const Options& options) {
     for (int seed = 1; seed <= options.seeds; ++seed) {
       PackingProblem problem = test::mixtureIn(lumen, 8);
       for (Species& species : problem.physics.species)
-        species.count = std::llround(0.5 / 5.0 * lumen->volume() / species.shape->volume());
+        species.count = std::llround(0.5 / 5.0 * lumen->volume() / problem.physics.shapeOf(species).volume());
       problem.physics.seed = static_cast<std::uint64_t>(seed);
       EscapeSettings& escape = test::useCat(problem).escape.emplace();
       escape.reserve.assign(problem.physics.species.size(), 3);
-      problem.physics.species.push_back(
-          {"small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0, nullptr});
+      problem.physics.add("small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0);
       escape.reserve.push_back(20);
       const PackingResult result = pack(problem);
       const std::int64_t states = checkStates(problem);

@@ -24,7 +24,7 @@ Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrie
   const Execution& execution = spheres.problem.execution;
   std::vector<Body> state;
   for (const Pose& pose : spheres.poses)
-    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
+    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
   GrowthSettings settings;
   settings.barriers = {barrier};
   settings.maxIterations = 1;

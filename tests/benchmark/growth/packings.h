@@ -38,7 +38,7 @@ inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t cou
                             std::shared_ptr<const Container> container,
                             PlaneSource planeSource = PlaneSource::chords) {
   PackingProblem problem;
-  problem.physics.species = {{"cell", std::move(shape), count, nullptr}};
+  problem.physics.add("cell", std::move(shape), count);
   problem.physics.container = std::move(container);
   test::useCat(problem).planeSource = planeSource;
   return problem;

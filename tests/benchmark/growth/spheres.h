@@ -25,7 +25,7 @@ struct Spheres {
   Spheres(int count, double scale) {
     problem.physics.container =
         makeSphere(Vec3::Zero(), std::cbrt(0.75 * count * shape->volume() / (0.3 * M_PI)));
-    problem.physics.species = {{"RBC", shape, count, nullptr}};
+    problem.physics.add("RBC", shape, count);
     wall = std::make_unique<MeshHierarchy>(problem.physics.container->surface());
     poses = pack(problem).poses;
     for (Pose& pose : poses) {

@@ -231,7 +231,7 @@ TEST_CASE("The clearance applies to the true wall, and cells need only avoid the
   const Box box = boundingBox(shape->mesh());
   const auto certificateAt = [&](const Wall* wall, const Vec3& p) {
     const auto accepted = makeAcceptedWall(wall, lattice, 0, clearance + 0.01);
-    const std::vector<PlacedCell> cells = {{0, {Mat3::Identity(), p}}};
+    const std::vector<PlacedCell> cells = {{0, 0, {Mat3::Identity(), p}}};
     CertificateInput input;
     input.shapes = {shape.get()};
     input.walls = {accepted.get()};

@@ -182,6 +182,6 @@ TEST_CASE("Meshes and pieces of blood that cannot be are refused with their plac
   writeDeformed(folder.path() / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, 8, 8), Vec3(15.5, 8, 8)});
   const Ran fixed = run(folder.path(), "--cylinder x 8 25.5 --ends periodic --fixed flowing.h5 --rbc 4");
   CHECK(fixed.exitCode == 2);
-  CHECK_THAT(fixed.err, Contains("cell 2 of 'RBC, fixed, deformed' and cell 3 of 'RBC, fixed, deformed' are "
+  CHECK_THAT(fixed.err, Contains("cell 2 of 'RBC, fixed' and cell 3 of 'RBC, fixed' are "
                                  "fixed, but overlap"));
 }

@@ -18,7 +18,7 @@ CellMeasures measured(const PackingProblem& problem, const std::vector<PlacedCel
 
 PlacedCell at(int species, const Vec3& position, double scale = 1.0) {
   PlacedCell cell;
-  cell.species = species;
+  cell.species = cell.shape = species;
   cell.placement.linear *= scale;
   cell.placement.translation = position;
   return cell;
@@ -29,8 +29,8 @@ PlacedCell at(int species, const Vec3& position, double scale = 1.0) {
 TEST_CASE("The gap of a cell is that to the nearest other cell, across periodic faces, too") {
   PackingProblem problem;
   problem.physics.container = test::periodicCube(20.0);
-  problem.physics.species = {{"ball", test::sphereShape(1.0), 4, nullptr},
-                             {"RBC", test::redCellShape(), 1, nullptr}};
+  problem.physics.add("ball", test::sphereShape(1.0), 4);
+  problem.physics.add("RBC", test::redCellShape(), 1);
   const std::vector<PlacedCell> cells = {at(0, {1.0, 2.0, 2.0}), at(0, {18.7, 2.0, 2.0}),
                                          at(0, {1.0, 4.2, 2.0}), at(0, {10.0, 16.0, 10.0}),
                                          at(1, {10.0, 10.0, 10.0})};
@@ -52,8 +52,8 @@ TEST_CASE("The gap of a cell is that to the nearest other cell, across periodic 
 TEST_CASE("Gaps equal those between the meshes to the bit, from either side of a pair") {
   PackingProblem problem;
   problem.physics.container = test::periodicCube(14.0);
-  problem.physics.species = {{"RBC", test::redCellShape(), 5, nullptr},
-                             {"PLT", test::hemocellShape("PLT"), 12, nullptr}};
+  problem.physics.add("RBC", test::redCellShape(), 5);
+  problem.physics.add("PLT", test::hemocellShape("PLT"), 12);
   problem.physics.seed = 3;
   const PackingResult packed = pack(problem);
   REQUIRE(packed.outcome == Outcome::certified);
@@ -61,7 +61,7 @@ TEST_CASE("Gaps equal those between the meshes to the bit, from either side of a
   const std::vector<double> gaps = measured(problem, cells).gap;
   // Every pair of every image by itself.
   const auto mesh = [&](std::size_t i) -> const MeshHierarchy& {
-    return problem.physics.species[cells[i].species].shape->hierarchy();
+    return problem.physics.shapeOf(cells[i]).hierarchy();
   };
   std::vector<double> expected(cells.size(), usualGapOfInterest);
   for (std::size_t i = 0; i < cells.size(); ++i)
@@ -80,7 +80,7 @@ TEST_CASE("Gaps equal those between the meshes to the bit, from either side of a
 TEST_CASE("The gap of overlapping cells is 0, that of scaled cells refers to their actual size") {
   PackingProblem problem;
   problem.physics.container = test::periodicCube(30.0);
-  problem.physics.species = {{"ball", test::sphereShape(1.0), 4, nullptr}};
+  problem.physics.add("ball", test::sphereShape(1.0), 4);
   const CellMeasures found = measured(problem, {at(0, {5.0, 5.0, 5.0}), at(0, {6.5, 5.0, 5.0}),
                                                 at(0, {20.0, 5.0, 5.0}, 2.0), at(0, {23.5, 5.0, 5.0})});
   REQUIRE(found.gap[0] == 0.0);
@@ -91,8 +91,8 @@ TEST_CASE("The gap of overlapping cells is 0, that of scaled cells refers to the
 TEST_CASE("The local hematocrit counts only red cells, per volume of lumen") {
   PackingProblem problem;
   problem.physics.container = test::periodicCube(12.0);  // one box
-  problem.physics.species = {{"RBC", test::redCellShape(), 2, nullptr},
-                             {"PLT", test::sphereShape(1.0), 1, nullptr, false}};
+  problem.physics.add("RBC", test::redCellShape(), 2);
+  problem.physics.add("PLT", test::sphereShape(1.0), 1).inHematocrit = false;
   const std::vector<PlacedCell> cells = {at(0, {6.0, 3.0, 6.0}), at(0, {0.0, 8.0, 0.0}),
                                          at(1, {6.0, 6.0, 6.0})};
   const double hematocrit = 2.0 * test::redCellShape()->volume() / (12.0 * 12.0 * 12.0);
@@ -103,7 +103,7 @@ TEST_CASE("The local hematocrit counts only red cells, per volume of lumen") {
 TEST_CASE("The local hematocrit distinguishes dense and empty regions and excludes what is not lumen") {
   PackingProblem problem;
   problem.physics.container = makeCylinder({0.0, 0.0, 30.0}, 2, 8.0, 60.0, true);
-  problem.physics.species = {{"RBC", test::redCellShape(), 9, nullptr}};
+  problem.physics.add("RBC", test::redCellShape(), 9);
   std::vector<PlacedCell> cells;
   for (int i = 0; i < 8; ++i) cells.push_back(at(0, {0.0, 0.0, 2.0 + 2.5 * (i % 8)}));
   cells.push_back(at(0, {0.0, 0.0, 45.0}));

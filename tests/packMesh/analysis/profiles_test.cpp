@@ -18,7 +18,7 @@ namespace {
 constexpr double pi = 3.141592653589793;
 
 PlacedCell cellAt(int species, const Vec3& position, const Mat3& turn = Mat3::Identity()) {
-  return {species, {turn, position}};
+  return {species, species, {turn, position}};
 }
 
 PackingMeasures profilesOf(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
@@ -36,8 +36,8 @@ double volumeIn(const Profile& profile, int species) {
 PackingProblem balls(std::shared_ptr<const Container> container, double radius) {
   PackingProblem problem;
   problem.physics.container = std::move(container);
-  problem.physics.species = {{"ball", test::sphereShape(radius), 1, nullptr},
-                             {"none", test::sphereShape(1.0), 0, nullptr}};
+  problem.physics.add("ball", test::sphereShape(radius), 1);
+  problem.physics.add("none", test::sphereShape(1.0), 0);
   return problem;
 }
 
@@ -47,7 +47,7 @@ TEST_CASE("Axial profiles contain the volume of the cells exactly, and each laye
   const PackingProblem problem = balls(test::periodicCube(20.0), 4.0);
   const Vec3 centre(19.0, 10.0, 5.0);  // across a face
   const PackingMeasures found = profilesOf(problem, {cellAt(0, centre)});
-  const double volume = problem.physics.species[0].shape->volume();
+  const double volume = problem.physics.shapes[0]->volume();
   for (int k = 0; k < 3; ++k) {
     const Profile& profile = found.axial[k];
     REQUIRE(profile.layers() == 80);
@@ -71,7 +71,7 @@ TEST_CASE("A tube has the right wall profile and cell-free layer") {
       profilesOf(problem, {cellAt(0, {0, 0, 5}), cellAt(0, {0, 0, 15}), cellAt(0, {0, 0, 25})});
   REQUIRE(found.wall);
   const Profile& profile = *found.wall;
-  REQUIRE(volumeIn(profile, 0) == Approx(3.0 * problem.physics.species[0].shape->volume()).epsilon(1e-5));
+  REQUIRE(volumeIn(profile, 0) == Approx(3.0 * problem.physics.shapes[0]->volume()).epsilon(1e-5));
   for (int i = 0; i < profile.layers(); ++i) {
     const double outer = 10.0 - i * profile.width, inner = std::max(0.0, outer - profile.width);
     const double layer = pi * (outer * outer - inner * inner) * 40.0;
@@ -138,7 +138,7 @@ TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
   CHECK(found.leftOut == 2);
   CHECK(expected.leftOut == 0);
   CHECK(found.wall->red[0] == 0.0);
-  CHECK(volumeIn(*found.wall, 0) == Approx(2 * problem.physics.species[0].shape->volume()).epsilon(1e-5));
+  CHECK(volumeIn(*found.wall, 0) == Approx(2 * problem.physics.shapes[0]->volume()).epsilon(1e-5));
   for (int k = 0; k < 3; ++k)
     CHECK(volumeIn(found.axial[k], 0) == Approx(volumeIn(expected.axial[k], 0)).epsilon(1e-5));
   REQUIRE(layerBelow(*found.wall, 0.05));
@@ -154,7 +154,7 @@ TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
 TEST_CASE("The order of symmetry axes is right for parallel, planar and random axes") {
   PackingProblem problem;
   problem.physics.container = test::periodicCube(100.0);
-  problem.physics.species = {{"RBC", test::redCellShape(), 1, nullptr}};
+  problem.physics.add("RBC", test::redCellShape(), 1);
   const auto order = [&](const std::function<Mat3(int)>& turn) {
     std::vector<PlacedCell> cells;
     for (int i = 0; i < 200; ++i) cells.push_back(cellAt(0, {50, 50, 50}, turn(i)));

@@ -25,7 +25,7 @@ void checkAll(const PackingProblem& problem, const PackingResult& result) {
   std::vector<const Wall*> walls;
   std::int64_t count = 0;
   for (const Species& species : problem.physics.species) {
-    shapes.push_back(species.shape.get());
+    shapes.push_back(problem.physics.shapes[species.shape].get());
     walls.push_back(problem.physics.container->wall());
     count += species.count;
   }
@@ -79,8 +79,8 @@ TEST_CASE("Method cat packs periodic and closed vessels") {
 
 TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
   PackingProblem problem = grown(test::periodicCube(18.0), 0.25);
-  problem.physics.species.push_back({"PLT", test::hemocellShape("PLT"), 12, nullptr});
-  problem.physics.species.push_back({"WBC", test::hemocellShape("WBC"), 1, nullptr});
+  problem.physics.add("PLT", test::hemocellShape("PLT"), 12);
+  problem.physics.add("WBC", test::hemocellShape("WBC"), 1);
   problem.physics.clearance = 0.1;
   const PackingResult result = pack(problem);
   checkAll(problem, result);
@@ -135,7 +135,7 @@ TEST_CASE("Method cat grows single objects into thin copies of themselves") {
     TriangleMesh around = mesh;
     for (Vec3& v : around.vertices) v *= std::cbrt(1.0 / 0.8);
     PackingProblem problem;
-    problem.physics.species = {{"object", std::make_shared<const Shape>(mesh), 1, nullptr}};
+    problem.physics.add("object", std::make_shared<const Shape>(mesh), 1);
     problem.physics.container = makeVessel(around, {}, 0.2);
     test::useCat(problem);
     checkAll(problem, pack(problem));

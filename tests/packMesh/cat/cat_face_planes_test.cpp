@@ -29,7 +29,7 @@ struct Shrunk {
       : problem(test::redCellProblem(container, fraction)) {
     for (Pose pose : pack(problem).poses) {
       pose.scale = scale;
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
+      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
     }
   }
   PlaneConstraints planes(PlaneFunction&& planeFunction, double reach) const {
@@ -37,7 +37,7 @@ struct Shrunk {
   }
   std::vector<PlacedCell> cells() const {
     std::vector<PlacedCell> out;
-    for (const Body& cell : state) out.push_back({cell.species, cell.pose().placement()});
+    for (const Body& cell : state) out.push_back({cell.species, cell.shape, cell.pose().placement()});
     return out;
   }
 };

@@ -36,11 +36,11 @@ struct CatScene {
 inline CatScene packedScene(const PackingProblem& problem, double scale = 1.0) {
   CatScene scene;
   scene.lumen = problem.physics.container;
-  for (const Species& species : problem.physics.species) scene.owned.push_back(species.shape);
+  scene.owned.assign(problem.physics.shapes.begin(), problem.physics.shapes.end());
   for (const PlacedCell& cell : pack(problem).cells) {
     Placement placement = cell.placement;
     placement.linear *= scale;
-    scene.input.objects.push_back({&problem.physics.species[cell.species].shape->hierarchy(), placement});
+    scene.input.objects.push_back({&problem.physics.shapeOf(cell).hierarchy(), placement});
   }
   if (problem.physics.container->wall())
     scene.input.container = scene.own(problem.physics.container->surface());
@@ -54,7 +54,7 @@ inline CatScene redCellsInSphere(int count, double fraction, double scale = 1.0)
   PackingProblem problem;
   const double volume = count * redCellShape()->volume() / fraction;
   problem.physics.container = makeSphere(Vec3(1.0, -2.0, 3.0), std::cbrt(0.75 * volume / M_PI));
-  problem.physics.species = {{"RBC", redCellShape(), count, nullptr}};
+  problem.physics.add("RBC", redCellShape(), count);
   return packedScene(problem, scale);
 }
 

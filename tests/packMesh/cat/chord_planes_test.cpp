@@ -117,7 +117,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
         held += far < reach;
         Pose pose = a.state[i].pose();
         pose.position += std::max(0.0, far - 0.0025) * direction;
-        cells.push_back({0, pose.placement()});
+        cells.push_back({0, 0, pose.placement()});
       }
       overlaps += static_cast<int>(findOverlaps(certificateInputOf(a.physics, cells)).size());
     }

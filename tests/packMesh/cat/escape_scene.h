@@ -36,7 +36,7 @@ struct LongBox {
       const auto u = uniform4(1, RandomStream::sample, static_cast<std::uint64_t>(site), 0);
       const Vec3 at(site / (across * across), site / across % across, site % across);
       const Vec3 aside(u[0] - 0.5, u[1] - 0.5, u[2] - 0.5);
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), species,
+      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), species, species,
                                Pose{scale, uniformRotation(u[1], u[2], u[3]),
                                     spacing * (at + Vec3::Constant(0.5)) + 0.1 * aside}));
     }

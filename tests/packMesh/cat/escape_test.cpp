@@ -26,8 +26,8 @@ struct EscapeScene {
   EscapeScene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
       : lumen(std::move(in)), physics(test::physicsOf(of, lumen)) {}
   void add(int species, double scale, const Vec3& at) {
-    state.push_back(
-        makeBody(static_cast<std::int64_t>(state.size()), species, Pose{scale, Quaternion::Identity(), at}));
+    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), species, species,
+                             Pose{scale, Quaternion::Identity(), at}));
   }
   std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
     const PlaneFunctionFactory factory = [this] {
@@ -85,7 +85,7 @@ TEST_CASE("Replacement substitutes a body from the reserve for one that does not
                 makeSphere(Vec3::Zero(), 3.0));
   // The sphere reaches 0.75 of its size; the cube full size, but that is less volume.
   s.add(1, 0.5, Vec3::Zero());
-  s.state[0].species = 1;
+  s.state[0].species = s.state[0].shape = 1;
   EscapeSettings settings;
   settings.reserve = {1, 0};
   s(settings);
@@ -159,12 +159,12 @@ TEST_CASE("Parts of the container have the holes that the whole has there") {
       CHECK(region.contains(hole.center));
       for (const Body& cell : box.state)
         CHECK(apart(hole.center - cell.position) >=
-              hole.radius + 0.97 * cell.scale * box.physics.shapeOf(cell.species).radius());
+              hole.radius + 0.97 * cell.scale * box.physics.shapeOf(cell).radius());
     }
   }
   const std::vector<Sphere> all = holes.in(bounds, box.state, 0.4);
   REQUIRE(!all.empty());
-  const double largest = box.physics.shapeOf(2).radius();  // holes of parts are not larger
+  const double largest = box.physics.shapes[2]->radius();  // holes of parts are not larger
   for (const Sphere& hole : all)
     CHECK(std::any_of(ofParts.begin(), ofParts.end(), [&](const Sphere& other) {
       return apart(hole.center - other.center) < hole.radius + other.radius &&

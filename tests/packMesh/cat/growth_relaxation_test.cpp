@@ -72,7 +72,7 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
     cells.push_back(
-        makeBody(static_cast<std::int64_t>(cells.size()), 1, {scale, Quaternion::Identity(), at}));
+        makeBody(static_cast<std::int64_t>(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
   };
   add(1.0, Vec3(8.0, 8.0, 8.0));     // alone
   add(1.0, Vec3(20.0, 20.0, 20.0));  // these two overlap
@@ -91,9 +91,9 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
 TEST_CASE("Seeding never moves or shrinks fixed cells") {
   Blood blood(cubicBox(30.0, true));
   blood.physics.species[2].freedom.fixed = true;
-  std::vector<Body> cells = {makeBody(0, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
-                             makeBody(1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),
-                             makeBody(2, 0, {0.1, Quaternion::Identity(), Vec3(15.0, 15.0, 15.5)})};
+  std::vector<Body> cells = {makeBody(0, 2, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
+                             makeBody(1, 1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),
+                             makeBody(2, 0, 0, {0.1, Quaternion::Identity(), Vec3(15.0, 15.0, 15.5)})};
   REQUIRE(seed(blood.physics, {}, 0.1, {}, cells));
   CHECK(cells[0].scale == 1.0);
   CHECK(cells[0].position == Vec3::Constant(15.0));

@@ -47,7 +47,7 @@ struct Run {
         REQUIRE(now[i].scale >= last[i].scale);
         REQUIRE(now[i].scale <= 1.0);
         REQUIRE(physics.container->bounds().contains(now[i].position));
-        cells.push_back({now[i].species, now[i].pose().placement()});
+        cells.push_back({now[i].species, now[i].shape, now[i].pose().placement()});
       }
       REQUIRE(certify(certificateInputOf(physics, cells), 1e-3).clean());
       last = now;

@@ -29,16 +29,16 @@ struct Row {
     for (const double height : heights) {
       Pose pose;
       pose.position = {0.5 * boxEdge, height, 0.5 * boxEdge};
-      cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), 0, pose));
+      cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), 0, 0, pose));
     }
   }
   CellSurroundings surroundings(double reach) const {
     return CellSurroundings(physics, cells, std::vector<double>(cells.size(), reach),
                             std::vector<double>(cells.size(), 0.0));
   }
-  const TriangleMesh& mesh() const { return physics.shapeOf(0).mesh(); }
+  const TriangleMesh& mesh() const { return physics.shapes[0]->mesh(); }
   std::vector<std::vector<char>> pointsOf(const PlaneRequest& request, const ReachedBodies& reached) const {
-    const auto levels = reachingMeshes(chords.levels(0), std::cbrt(physics.shapeOf(0).volume()));
+    const auto levels = reachingMeshes(chords.levels(0), std::cbrt(physics.shapes[0]->volume()));
     return pointsWithinReach(
         request, reached, std::vector<const ReachingMesh*>(reached.members.size(), levels[0].get()), chords);
   }

@@ -22,7 +22,7 @@ struct Spheres {
       : physics(test::physicsOf({shape}, std::move(in))) {
     for (const Vec3& center : centers)
       state.push_back(
-          makeBody(static_cast<std::int64_t>(state.size()), 0, Pose{1.0, Quaternion::Identity(), center}));
+          makeBody(static_cast<std::int64_t>(state.size()), 0, 0, Pose{1.0, Quaternion::Identity(), center}));
   }
 };
 

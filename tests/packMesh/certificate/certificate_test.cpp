@@ -109,8 +109,8 @@ Expected bruteForce(const Packing& packing, const Vec3& period, double reach, do
             Placement moved = b.placement;
             const Vec3 shift(x * period[0], y * period[1], z * period[2]);
             moved.translation += shift;
-            const MeshPairResult r = relate(packing.shapes[a.species]->hierarchy(), a.placement,
-                                            packing.shapes[b.species]->hierarchy(), moved, interest);
+            const MeshPairResult r = relate(packing.shapes[a.shape]->hierarchy(), a.placement,
+                                            packing.shapes[b.shape]->hierarchy(), moved, interest);
             if (r.relation != MeshRelation::apart)
               out.overlapping[Key{i, j, shift[0], shift[1], shift[2]}] = r.relation != MeshRelation::meet;
             else
@@ -128,10 +128,13 @@ Packing randomPacking(unsigned seed, int count, const Vec3& period, double sprea
       std::make_shared<Shape>(sample::torus(Vec3::Zero(), 1.5, 0.3, 8, 6), ellipsoidProfile(1.8, 1.8, 0.3)),
       ball(0.25)};
   packing.container = std::make_shared<PeriodicSpace>(period);
-  for (int i = 0; i < count; ++i)
+  for (int i = 0; i < count; ++i) {
+    const int shape = static_cast<int>(random() % 3);
     packing.cells.push_back(
-        {static_cast<int>(random() % 3),
+        {shape,
+         shape,
          {test::randomRotation(random), Vec3(coordinate(random), coordinate(random), coordinate(random))}});
+  }
   return packing;
 }
 
@@ -192,7 +195,7 @@ TEST_CASE("The certificate finds the smallest gap of a sparse packing", "[certif
 TEST_CASE("A cell meets its own image if the period is too short", "[certificate]") {
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
-  packing.cells = {{0, {Mat3::Identity(), Vec3(100, 0, 0)}}};
+  packing.cells = {{0, 0, {Mat3::Identity(), Vec3(100, 0, 0)}}};
   packing.container = std::make_shared<PeriodicSpace>(Vec3(2.0, 0, 0));
   Certificate certificate = certify(packing.input());
   REQUIRE(certificate.overlapping.size() == 1);  // faces touch
@@ -209,7 +212,7 @@ TEST_CASE("A gap smaller than the required one is a violation, an equal one is n
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   packing.container = std::make_shared<PeriodicSpace>(Vec3(8.0, 0, 0));
-  packing.cells = {{0, {Mat3::Identity(), Vec3(0.5, 0, 0)}}, {0, {Mat3::Identity(), Vec3(6.25, 0, 0)}}};
+  packing.cells = {{0, 0, {Mat3::Identity(), Vec3(0.5, 0, 0)}}, {0, 0, {Mat3::Identity(), Vec3(6.25, 0, 0)}}};
   CertificateInput input = packing.input();  // gaps 3.75 and, through the period, 0.25
   for (double required : {0.0, 0.2, 0.25, 0.26, 3.75, 3.8}) {
     input.requiredGap = required;
@@ -251,8 +254,8 @@ TEST_CASE("Walls are queried only about cells near them, and their violations ar
     packing.shapes = {ball(1.0), ball(1.0)};
     packing.walls = {&wall, nullptr};
     for (double x : {5.0, 1.4, 1.2, 0.5, -0.3, -3.0})
-      packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
-    packing.cells.push_back({1, {Mat3::Identity(), Vec3(-3.0, 50.0, 50.0)}});  // knows no wall
+      packing.cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
+    packing.cells.push_back({1, 1, {Mat3::Identity(), Vec3(-3.0, 50.0, 50.0)}});  // knows no wall
     for (const double interest : {0.1, 0.3, 1.0}) {
       wall.asked = 0;
       const Certificate certificate = certify(packing.input(), interest);
@@ -276,8 +279,8 @@ TEST_CASE("A cell closer to its wall than required is misplaced, and the smalles
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1)),
                     ball(1.0)};
   packing.walls = {&wall, nullptr};
-  for (double x : {3.0, 1.25, 1.5}) packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
-  packing.cells.push_back({1, {Mat3::Identity(), Vec3(0, -50, 0)}});  // knows no wall
+  for (double x : {3.0, 1.25, 1.5}) packing.cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
+  packing.cells.push_back({1, 1, {Mat3::Identity(), Vec3(0, -50, 0)}});  // knows no wall
   CertificateInput input = packing.input();
   REQUIRE(certify(input).clean());
   REQUIRE(certify(input).minimumWallGap == 0.25);
@@ -306,7 +309,8 @@ TEST_CASE("Counts and volumes are right for scaled cells and for no cells", "[ce
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   REQUIRE(certify(packing.input()).clean());
-  packing.cells = {{0, {Mat3::Identity(), Vec3::Zero()}}, {0, {0.5 * Mat3::Identity(), Vec3(1.75, 0, 0)}}};
+  packing.cells = {{0, 0, {Mat3::Identity(), Vec3::Zero()}},
+                   {0, 0, {0.5 * Mat3::Identity(), Vec3(1.75, 0, 0)}}};
   const Certificate certificate = certify(packing.input());
   REQUIRE(certificate.cells == 2);
   REQUIRE(certificate.cellVolume == Approx(9.0));
@@ -318,9 +322,9 @@ TEST_CASE("Counts and volumes are right for scaled cells and for no cells", "[ce
 TEST_CASE("Gaps are measured beyond those that are required", "[certificate]") {
   Physics physics;
   physics.container = std::make_shared<PeriodicSpace>(Vec3::Constant(100.0));
-  physics.species = {{"ball", ball(1.0), 2, nullptr}};
-  const std::vector<PlacedCell> cells = {{0, {Mat3::Identity(), Vec3(10, 10, 10)}},
-                                         {0, {Mat3::Identity(), Vec3(13.6, 10, 10)}}};
+  physics.add("ball", ball(1.0), 2);
+  const std::vector<PlacedCell> cells = {{0, 0, {Mat3::Identity(), Vec3(10, 10, 10)}},
+                                         {0, 0, {Mat3::Identity(), Vec3(13.6, 10, 10)}}};
   const HalfSpace wall;
   const auto certificate = [&](double clearance, double wallClearance, double extra) {
     physics.clearance = clearance;
@@ -353,7 +357,7 @@ TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined
   Packing packing;
   packing.shapes = {ball(1.0)};
   packing.container = std::make_shared<PeriodicSpace>(Vec3(10, 10, 10));
-  for (const double x : {1.0, 4.0, 7.0}) packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 5, 5)}});
+  for (const double x : {1.0, 4.0, 7.0}) packing.cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 5, 5)}});
   REQUIRE(certify(packing.input()).clean());
   for (const int polls : {0, 1, 2}) {
     CertificateInput input = packing.input();

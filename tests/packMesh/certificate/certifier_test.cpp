@@ -52,7 +52,8 @@ class Crowd {
          {test::redCell(2), test::icosphere(1, 1.0), sample::torus(Vec3::Zero(), 1.5, 0.3, 8, 6)})
       shapes_.push_back(std::make_unique<Shape>(mesh, ellipsoidProfile(3.9, 3.9, 3.9)));
     for (int i = 0; i < count; ++i) {
-      cells_.push_back({lattice_ ? 1 : static_cast<int>(random_() % shapes_.size()), {}});
+      const int shape = lattice_ ? 1 : static_cast<int>(random_() % shapes_.size());
+      cells_.push_back({shape, shape, {}});
       place(i);
     }
   }
@@ -169,7 +170,7 @@ TEST_CASE("An updated certificate equals, field by field, a new one", "[certific
 TEST_CASE("Cells not reported as changed are not examined again", "[certificate]") {
   const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
   std::vector<PlacedCell> cells;
-  for (int i = 0; i < 5; ++i) cells.push_back({0, {Mat3::Identity(), Vec3(3.0 * i, 0, 0)}});
+  for (int i = 0; i < 5; ++i) cells.push_back({0, 0, {Mat3::Identity(), Vec3(3.0 * i, 0, 0)}});
   CertificateInput input;
   input.shapes = {ball.get()};
   input.cells = &cells;
@@ -195,10 +196,10 @@ TEST_CASE("The smallest gap is found again when its pair separates", "[certifica
   std::vector<PlacedCell> cells;
   const double gaps[] = {0.25, 0.0625, 0.001953125, 0.5, 0.00390625};
   double x = 0.0;
-  cells.push_back({0, {Mat3::Identity(), Vec3::Zero()}});
+  cells.push_back({0, 0, {Mat3::Identity(), Vec3::Zero()}});
   for (const double gap : gaps) {
     x += 2.0 + gap;
-    cells.push_back({0, {Mat3::Identity(), Vec3(x, 0, 0)}});
+    cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 0, 0)}});
   }
   CertificateInput input;
   input.shapes = {cube.get()};
@@ -226,7 +227,7 @@ TEST_CASE("After repair of a pair that was too close, the cells are examined onc
   const double required = 0.1, gap = required + 0.002;
   std::vector<PlacedCell> cells;
   for (const double x : {0.0, 2.0 + gap, 10.0, 12.0 + 0.5 * required, 20.0, 23.0})
-    cells.push_back({0, {Mat3::Identity(), Vec3(x, 0, 0)}});
+    cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 0, 0)}});
   CertificateInput input;
   input.shapes = {ball.get()};
   input.cells = &cells;
@@ -256,7 +257,7 @@ TEST_CASE("A deformed cell that intersects itself is a fault of its own, whereve
   const Shape plain(test::deformed(red->mesh(), 1), red), faulty(crossed, red);
   std::vector<PlacedCell> cells(3);
   for (int i = 0; i < 3; ++i)
-    cells[i] = {i, Pose{1.0, Quaternion::Identity(), Vec3(20.0 * i, 0, 0)}.placement()};
+    cells[i] = {0, i, Pose{1.0, Quaternion::Identity(), Vec3(20.0 * i, 0, 0)}.placement()};
   CertificateInput input;
   input.shapes = {red.get(), &plain, &faulty};
   input.cells = &cells;
@@ -278,7 +279,7 @@ TEST_CASE("A deformed cell that intersects itself is a fault of its own, whereve
   requireFound();
   const Certificate of = ofAllRanks(certifier.certificate(), {7, 8, 9}, Communicator());
   CHECK(of.selfIntersecting[0].cell == 9);
-  cells[2].species = 0;
+  cells[2].shape = 0;
   certifier.update({2});
   CHECK(certifier.certificate().clean());
 }

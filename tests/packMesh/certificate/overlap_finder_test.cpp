@@ -28,7 +28,7 @@ TEST_CASE(
   std::vector<Vec3> positions;
   for (int i = 0; i < 60; ++i) {
     const Vec3 at = Vec3(uniform(random), uniform(random), uniform(random)).cwiseProduct(bounds.hi);
-    cells.push_back({0, {test::randomRotation(random), at}});
+    cells.push_back({0, 0, {test::randomRotation(random), at}});
     spheres.push_back({at, shape->reach() + farthest});
     positions.push_back(at);
   }

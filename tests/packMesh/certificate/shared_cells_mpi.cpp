@@ -19,7 +19,7 @@ std::vector<PlacedCell> scattered(int count, const Box& box) {
   std::mt19937_64 random(7);
   std::vector<PlacedCell> cells;
   for (int i = 0; i < count; ++i) {
-    PlacedCell cell{0, {}};
+    PlacedCell cell{0, 0, {}};
     cell.placement.linear = Mat3::Identity();
     for (int k = 0; k < 3; ++k)
       cell.placement.translation[k] = box.lo[k] + box.size()[k] * double(random() % 10000) / 10000.0;
@@ -39,7 +39,7 @@ TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[m
   const bool periodic = GENERATE(true, false);
   const Box bounds{Vec3(-5, 0, 3), Vec3(55, 30, 43)};
   Physics physics;
-  physics.species = {{"ball", test::sphereShape(1.0), 0, nullptr}};
+  physics.add("ball", test::sphereShape(1.0), 0);
   physics.container = makeBox(bounds, {periodic, periodic, periodic});
   constexpr double gap = 0.5;
   const int count = GENERATE(0, 1, 12000);  // the last are sent in several messages
@@ -68,7 +68,7 @@ TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[m
   for (int i = 0; i < count; ++i)
     for (int j = 0; owners[i] > 0 && j < count; ++j)
       missing += !known[j] && distance(all[i].placement.translation, all[j].placement.translation,
-                                       physics.container->period()) < 2.0 * physics.shapeOf(0).radius() + gap;
+                                       physics.container->period()) < 2.0 * physics.shapes[0]->radius() + gap;
   CHECK(missing == 0);
   const auto ownHere = static_cast<std::int64_t>(std::count(here.own.begin(), here.own.end(), true));
   if (count > 1) CHECK(ownHere * ranks.size() < 1.1 * count);

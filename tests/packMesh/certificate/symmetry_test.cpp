@@ -33,6 +33,7 @@ struct SymmetricCrowd {
     std::uniform_real_distribution<double> part(0.0, 1.0);
     for (int i = 0; i < count; ++i)
       cells.push_back({i % 3,
+                       i % 3,
                        {test::randomRotation(random),
                         size.cwiseProduct(Vec3(part(random), part(random), part(random)))}});
   }
@@ -218,16 +219,16 @@ TEST_CASE("Cells whose faces are 1e-12 µm apart do not overlap, but touching on
       two.shapes = {cube};
       two.size = Vec3(16.0, 8.0, 8.0);
       two.periodic = {where < 2, true, true};
-      two.cells = {{0, {Mat3::Identity(), Vec3(1.5, 4.0, 4.0)}}};
+      two.cells = {{0, 0, {Mat3::Identity(), Vec3(1.5, 4.0, 4.0)}}};
       double exact = gap;
       if (where == 0) {
         const double x = 1.5 + 2.0 + gap;
         exact = (x - 1.0) - 2.5;  // what rounding has made of it
-        two.cells.push_back({0, {Mat3::Identity(), Vec3(x, 4.3, 3.9)}});
+        two.cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 4.3, 3.9)}});
       } else if (where == 1) {
         const double x = 15.5 - gap;
         exact = 16.5 - (x + 1.0);
-        two.cells.push_back({0, {Mat3::Identity(), Vec3(x, 4.3, 3.9)}});
+        two.cells.push_back({0, 0, {Mat3::Identity(), Vec3(x, 4.3, 3.9)}});
       } else {
         two.cells[0].placement.translation.x() = 1.0 + gap;
         exact = (1.0 + gap) - 1.0;
@@ -246,7 +247,7 @@ TEST_CASE("Red cells at any angle that are 1e-12 µm apart are distinguished fro
     SymmetricCrowd two(0, 0);
     two.size = Vec3::Constant(60.0);
     const Vec3 at(20.0, 30.0, 30.0), direction = test::randomDirection(random);
-    two.cells = {{0, {test::randomRotation(random), at}}, {0, {test::randomRotation(random), at}}};
+    two.cells = {{0, 0, {test::randomRotation(random), at}}, {0, 0, {test::randomRotation(random), at}}};
     const auto clean = [&](double distance) {
       two.cells[1].placement.translation = at + distance * direction;
       return two.certificate().clean();

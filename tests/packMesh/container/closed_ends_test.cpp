@@ -66,7 +66,7 @@ TEST_CASE("Separation is proved across a periodic end only", "[container][certif
     for (const auto& container : lumens(periodic)) {
       CAPTURE(container->describe());
       std::vector<PlacedCell> cells;
-      for (const Vec3& p : besideTheEnds()) cells.push_back({0, Placement{Mat3::Identity(), p}});
+      for (const Vec3& p : besideTheEnds()) cells.push_back({0, 0, Placement{Mat3::Identity(), p}});
       const CertificateInput input{{sphere.get()}, {container->wall()}, container.get(), &cells, 0.5};
       const Certificate certificate = certify(input);
       REQUIRE(certificate.misplaced.empty());
@@ -92,8 +92,8 @@ TEST_CASE("A lumen filled to its closed ends keeps clearances inside, but not ac
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
-    const Certificate across = certify(
-        {{problem.physics.species[0].shape.get()}, {joined->wall()}, joined.get(), &result.cells, 0.0});
+    const Certificate across =
+        certify({{problem.physics.shapes[0].get()}, {joined->wall()}, joined.get(), &result.cells, 0.0});
     // As neighbours they may be nearer than that, though they do not meet: each is within the lumen.
     REQUIRE(across.clean());
     leastAcross = std::min(leastAcross, across.minimumGap);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "packMesh/packing/attempt.h"
+#include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -51,8 +52,8 @@ PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, doub
   const double red = std::round(hematocrit * lumen->volume() / test::redCellShape()->volume());
   PackingProblem problem;
   problem.physics.container = lumen;
-  problem.physics.species = {{"RBC", test::redCellShape(), std::llround(red), nullptr},
-                             {"PLT", test::sphereShape(1.0), std::llround(ratio * red), nullptr, false}};
+  problem.physics.add("RBC", test::redCellShape(), std::llround(red));
+  problem.physics.add("PLT", test::sphereShape(1.0), std::llround(ratio * red)).inHematocrit = false;
   problem.physics.species[1].asked = ratio * red;
   return problem;
 }
@@ -128,6 +129,22 @@ TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
   REQUIRE(share > 0.7);
   REQUIRE(std::abs(static_cast<double>(counts[1]) -
                    share * static_cast<double>(problem.physics.species[1].count)) <= 1.0);
+}
+
+TEST_CASE("The densest packing of deformed cells has about as many as one of others", "[densest][shapes]") {
+  PackingProblem problem = redCellProblem(periodicCube(16.0), 0.66);
+  Physics& physics = problem.physics;
+  for (int n = 0; n < int(physics.species[0].count); ++n) {
+    physics.shapes.push_back(
+        std::make_shared<const Shape>(test::deformed(physics.shapes[0]->mesh(), n), physics.shapes[0]));
+    physics.species[0].deformed.push_back({n + 1, {}});
+  }
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(result.searched);
+  REQUIRE(result.certificate.clean());
+  CHECK(result.certificate.cellVolume > 0.45 * 16.0 * 16.0 * 16.0);
+  for (std::size_t i = 0; i < result.cells.size(); ++i) CHECK(result.cells[i].shape == int(i) + 1);
 }
 
 TEST_CASE("An attempt gives all cells or none", "[densest]") {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
-#include "packMesh/problem/freedom.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -249,7 +248,8 @@ TEST_CASE("Membranes stay out of a free layer, and centres in their shell", "[pr
     for (std::size_t i = 0; i < result.cells.size(); ++i) {
       const Species& species = problem.physics.species[result.cells[i].species];
       CHECK(species.freedom.region->distance(result.poses[i].position).distance > -0.01);
-      for (const Vec3& v : placedVertices(species.shape->mesh(), result.cells[i].placement)) {
+      for (const Vec3& v :
+           placedVertices(problem.physics.shapeOf(species).mesh(), result.cells[i].placement)) {
         nearest = std::min(nearest, wall->distance(v).distance);
         toEnd = std::min({toEnd, v.x(), 30.0 - v.x()});
       }

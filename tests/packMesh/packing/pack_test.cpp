@@ -47,10 +47,8 @@ void checkPacking(const PackingProblem& problem, const PackingResult& result) {
 
   std::vector<const Shape*> shapes;
   std::vector<const Wall*> walls;
-  for (const Species& species : problem.physics.species) {
-    shapes.push_back(species.shape.get());
-    walls.push_back(problem.physics.container->wall());
-  }
+  for (const auto& shape : problem.physics.shapes) shapes.push_back(shape.get());
+  walls.resize(problem.physics.species.size(), problem.physics.container->wall());
   const Certificate again = certify({shapes, walls, problem.physics.container.get(), &result.cells,
                                      problem.physics.clearance, problem.physics.wallClearance});
   REQUIRE(again.clean());
@@ -68,7 +66,7 @@ void checkPacking(const PackingProblem& problem, const PackingResult& result) {
     REQUIRE(cell.placement.linear.determinant() > 0.0);
     REQUIRE(result.poses[i].scale == 1.0);
     REQUIRE(result.poses[i].position == cell.placement.translation);
-    volume += shapes[cell.species]->volume();
+    volume += shapes[cell.shape]->volume();
   }
   REQUIRE(result.certificate.cellVolume == Approx(volume));
 }
@@ -93,18 +91,18 @@ TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
     }
 }
 
-TEST_CASE("Species of one kind have one number in the result, and numbers of cells of their own",
-          "[packing]") {
+TEST_CASE("Species that share a shape have numbers of cells of their own", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.2, 3);
   Species others = problem.physics.species[0];
   others.name = "RBC, others";
   others.count = 5;
-  others.kind = 0;
   problem.physics.species.push_back(others);
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   CHECK(result.counts == std::vector<std::int64_t>{problem.physics.species[0].count, 5});
-  CHECK(countOf(result, 0) == problem.physics.cellCount());
+  CHECK(countOf(result, 1) == 5);
+  CHECK(std::all_of(result.cells.begin(), result.cells.end(),
+                    [](const PlacedCell& c) { return c.shape == 0; }));
 }
 
 TEST_CASE("The packing has the same bits for the same problem and differs for another seed", "[packing]") {
@@ -160,8 +158,8 @@ TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
   const auto platelet = test::hemocellShape("PLT"), white = test::hemocellShape("WBC");
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
-    problem.physics.species.push_back({"PLT", platelet, 8, nullptr});
-    problem.physics.species.push_back({"WBC", white, 1, nullptr});
+    problem.physics.add("PLT", platelet, 8);
+    problem.physics.add("WBC", white, 1);
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.physics.species[s].count);
@@ -171,9 +169,8 @@ TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
 
 TEST_CASE("General meshes are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.15, 1);
-  problem.physics.species.push_back(
-      {"bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20, nullptr});
-  problem.physics.species.push_back({"hook", std::make_shared<const Shape>(test::hookMesh()), 10, nullptr});
+  problem.physics.add("bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20);
+  problem.physics.add("hook", std::make_shared<const Shape>(test::hookMesh()), 10);
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   checkPacking(problem, result);
@@ -183,7 +180,7 @@ TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     PackingProblem problem;
-    problem.physics.species = {{"plate", hemocell::makeEllipsoid(6.0, 0.3, 6.0), 50, nullptr}};
+    problem.physics.add("plate", hemocell::makeEllipsoid(6.0, 0.3, 6.0), 50);
     problem.physics.container = periodicCube(15.0);
     problem.physics.seed = seed;
     problem.execution.limits.maxSweeps = 2000;
@@ -260,7 +257,7 @@ TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packi
   hemocell::CellModel coarse = *hemocell::defaultModel("RBC");
   coarse.minNumTriangles = 300;
   PackingProblem problem = redCellProblem(periodicCube(80.0), 0.45);
-  problem.physics.species[0].shape = hemocell::makeShape(coarse, 1.0);
+  problem.physics.shapes[0] = hemocell::makeShape(coarse, 1.0);
   problem.physics.clearance = 0.15;
   problem.physics.seed = 5;
   const PackingResult unlimited = pack(problem);

@@ -258,7 +258,7 @@ TEST_CASE("Problems are distinguished by everything that determines the packing 
   REQUIRE(differs([](PackingProblem& p) { p.physics.rotate = false; }));
   REQUIRE(differs([](PackingProblem& p) { ++p.physics.species[1].count; }));
   REQUIRE(differs([](PackingProblem& p) { p.physics.species[1].name = "ball"; }));
-  REQUIRE(differs([](PackingProblem& p) { p.physics.species[1].shape = test::sphereShape(1.01); }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.shapes[1] = test::sphereShape(1.01); }));
   REQUIRE(differs([](PackingProblem& p) {
     p.physics.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26.001)}, {true, true, true});
   }));

@@ -23,8 +23,7 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   const fs::path file = fs::path(ranks.broadcast(folder ? folder->path().string() : "", 0)) / "state.h5";
   PackingProblem problem =
       test::mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.3, 5);
-  problem.physics.species[1].name =
-      problem.physics.species[0].name + ", region 1";  // two parts of one species
+  problem.physics.species[1].kind = problem.physics.species[0].name;  // two parts of one kind
   problem.execution.communicator = ranks;
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) {
                                       writeState(file, problem, {"asked", {}, ""}, state);
@@ -39,8 +38,8 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   REQUIRE(!state.species.empty());
   CHECK(state.species[0].name == problem.physics.species[0].name);
   CHECK(state.species[0].count == problem.physics.species[0].count + problem.physics.species[1].count);
-  CHECK(state.species[0].mesh.vertices == problem.physics.species[0].shape->mesh().vertices);
-  CHECK(state.species[0].mesh.triangles == problem.physics.species[0].shape->mesh().triangles);
+  CHECK(state.species[0].mesh.vertices == problem.physics.shapes[0]->mesh().vertices);
+  CHECK(state.species[0].mesh.triangles == problem.physics.shapes[0]->mesh().triangles);
   std::vector<double> read, packed;
   for (const Cell& cell : state.cells)
     read.insert(read.end(), cell.pose.position.data(), cell.pose.position.data() + 3);
@@ -63,17 +62,20 @@ TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]
   const auto problemOn = [&](const Communicator& on, const fs::path& file) {
     PackingProblem problem =
         test::redCellProblem(makeBox({Vec3::Zero(), Vec3(40, 30, 26)}, {true, false, false}), 0.2, 5);
-    const Species red = problem.physics.species[0];
-    for (int n = 0; n < 12; ++n) {
-      Species& one = problem.physics.species.emplace_back(red);
-      one.name = n < 4 ? "RBC, deformed, fixed" : "RBC, deformed";
-      one.shape = std::make_shared<const Shape>(test::deformed(red.shape->mesh(), n), red.shape);
-      one.count = n == 7 ? 3 : 1;
-      one.kind = n + 1;
-      one.start = {Pose{1.0, Quaternion::Identity(), Vec3(1.0 + 10.0 * (n % 4), n < 4 ? 6.0 : 15.0, 13.0)}};
-      one.freedom.fixed = n < 4;
-    }
-    problem.physics.species[0].kind = 0;
+    Physics& physics = problem.physics;
+    for (int n = 0; n < 12; ++n)
+      physics.shapes.push_back(
+          std::make_shared<const Shape>(test::deformed(physics.shapes[0]->mesh(), n), physics.shapes[0]));
+    const auto start = [](int n) {
+      return Pose{1.0, Quaternion::Identity(), Vec3(1.0 + 10.0 * (n % 4), n < 4 ? 6.0 : 15.0, 13.0)};
+    };
+    Species fixed{"RBC, fixed", 0, 4, nullptr}, &red = physics.species[0];
+    fixed.kind = "RBC";
+    fixed.freedom.fixed = true;
+    for (int n = 0; n < 12; ++n) (n < 4 ? fixed : red).deformed.push_back({n + 1, start(n)});
+    red.deformed.insert(red.deformed.begin() + 4, 2, {8, {}});  // of the same shape, placed at random
+    red.count += std::int64_t(red.deformed.size());
+    physics.species.push_back(std::move(fixed));
     problem.execution.communicator = on;
     problem.checkpoints = Checkpoints{{}, [=](const PackingState& state) {
                                         writeState(file, problem, {"asked", {}, ""}, state);
@@ -98,16 +100,22 @@ TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]
   CHECK(state.species[0].count == problem.physics.cellCount());
   CHECK(state.period == Vec3(40, 0, 0));
   const std::int64_t first = ranks.sumBefore({std::int64_t(state.cells.size())}).front();
-  const std::int64_t rigid = problem.physics.species[0].count;
+  const Species &red = problem.physics.species[0], &fixed = problem.physics.species[1];
   std::int64_t deformed = 0;
   for (std::size_t i = 0; i < state.cells.size(); ++i) {
-    const std::int64_t number = first + std::int64_t(i) - rigid;  // among the deformed ones
-    deformed += !state.cells[i].vertices.empty();
-    REQUIRE(state.cells[i].vertices.empty() == (number < 0));
-    if (number < 0) continue;
-    const int n = int(number <= 7 ? number : number <= 9 ? 7 : number - 2);
-    CHECK(state.cells[i].vertices == problem.physics.species[n + 1].shape->mesh().vertices);
-    if (n < 4) CHECK(state.cells[i].pose.position == problem.physics.species[n + 1].start[0].position);
+    const std::int64_t number = first + std::int64_t(i);
+    const bool isFixed = number >= red.count,
+               isDeformed = isFixed || number < std::int64_t(red.deformed.size());
+    deformed += isDeformed;
+    REQUIRE(state.cells[i].vertices.empty() != isDeformed);
+    if (!isDeformed) {
+      CHECK(state.cells[i].shape == red.shape);
+      continue;
+    }
+    const DeformedCell& cell = isFixed ? fixed.deformed[number - red.count] : red.deformed[number];
+    CHECK(state.cells[i].shape == cell.shape);
+    CHECK(state.cells[i].vertices == problem.physics.shapeOf(cell).mesh().vertices);
+    if (isFixed) CHECK(state.cells[i].pose.position == cell.start->position);
   }
   CHECK(ranks.sum(deformed) == 14);
   // A run that continues from the end has the same cells.

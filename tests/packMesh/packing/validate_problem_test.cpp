@@ -27,7 +27,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
     REQUIRE_THROWS_WITH(validate(problem), Contains("the period of the lumen, 0.2 µm along x, is too small"));
   }
   SECTION("no shape") {
-    problem.physics.species[0].shape = nullptr;
+    problem.physics.shapes[0] = nullptr;
     REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));
   }
   SECTION("negative count") {
@@ -66,7 +66,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
   SECTION("species that are not wanted may be of any size") {
     problem.physics.container = periodicCube(8.0);
     problem.physics.species[0].count = 1;
-    problem.physics.species.push_back({"rock", test::sphereShape(50.0), 0, nullptr});
+    problem.physics.add("rock", test::sphereShape(50.0), 0);
     REQUIRE_NOTHROW(validate(problem));
   }
 }
@@ -74,7 +74,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
 TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   const auto sphere = test::sphereShape(1.0);
-  problem.physics.species.push_back({"sphere", sphere, 7, nullptr});
+  problem.physics.add("sphere", sphere, 7);
   REQUIRE(cellVolume(problem) ==
           Approx(problem.physics.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
 }

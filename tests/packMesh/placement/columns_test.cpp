@@ -19,7 +19,7 @@ Certificate certificateOf(const Columns& columns, const Shape& shape, std::int64
   for (std::int64_t i = 0; i < count; ++i) {
     const Pose pose = columns.pose(i);
     REQUIRE(box.contains(pose.position));
-    cells.push_back({0, pose.placement()});
+    cells.push_back({0, 0, pose.placement()});
   }
   CertificateInput input;
   input.shapes = {&shape};
@@ -99,7 +99,7 @@ TEST_CASE("Packings in columns are denser than random ones can be", "[packing]")
 
 TEST_CASE("Platelets fit between columns", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.45);
-  problem.physics.species.push_back({"PLT", test::hemocellShape("PLT"), 30, nullptr});
+  problem.physics.add("PLT", test::hemocellShape("PLT"), 30);
   CHECK(pack(problem).outcome == Outcome::certified);
 }
 

@@ -42,7 +42,7 @@ Scene randomScene(unsigned seed, int count, double largestRadius, double size) {
   for (int i = 0; i < count; ++i) {
     Body b;
     b.id = 3 * i + 1;
-    b.species = static_cast<int>(random() % 2);
+    b.shape = static_cast<int>(random() % 2);
     b.scale = random() % 3 == 0 ? 0.5 : 1.0;
     b.position = bounds.lo + bounds.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
     b.block = scene.blocks.blockOf(b.position);
@@ -96,7 +96,7 @@ std::set<Key> bruteForce(const Scene& s) {
             if (a.id == b.id && std::make_tuple(x, y, z) <= std::make_tuple(0, 0, 0)) continue;
             const Vec3 image = b.position + Vec3(x, y, z).cwiseProduct(s.period);
             if ((a.position - image).norm() <
-                s.radii[a.species] * a.scale + s.radii[b.species] * b.scale + s.margin)
+                s.radii[a.shape] * a.scale + s.radii[b.shape] * b.scale + s.margin)
               out.insert({a.id, b.id, x, y, z});
           }
     }

@@ -29,14 +29,14 @@ Body bodyAt(const Vec3& position, std::int64_t id, int species = 0) {
   Body b;
   b.position = position;
   b.id = id;
-  b.species = species;
+  b.species = b.shape = species;
   return b;
 }
 
 std::vector<Body> randomBodies(Physics physics, int count, std::uint64_t seed) {
   physics.seed = seed;
   std::vector<Body> bodies;
-  for (const Pose& pose : placeRandomly(physics, {}, 0, 0, count)) {
+  for (const Pose& pose : placeRandomly(physics, {}, 0, 0, 0, count)) {
     Body b = bodyAt(pose.position, static_cast<std::int64_t>(bodies.size()));
     b.orientation = pose.orientation;
     b.rotation = pose.orientation.toRotationMatrix();

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/problem/physics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace packmesh {
+
+double AxisCone::angle(const Quaternion& orientation) const {
+  const Vec3 own = orientation * Vec3::UnitY();
+  return std::atan2(own.cross(axis).norm(), std::abs(own.dot(axis)));
+}
+
+Quaternion AxisCone::nearest(const Quaternion& orientation) const {
+  const double beyond = angle(orientation) - spread;
+  if (!(beyond > 0.0)) return orientation;
+  const Vec3 own = orientation * Vec3::UnitY();
+  const Vec3 towards = own.dot(axis) < 0.0 ? Vec3(-axis) : axis;
+  Vec3 around = own.cross(towards);
+  if (!(around.norm() > 1e-12)) return orientation;  // parallel: rotation axis undefined
+  return (Quaternion(Eigen::AngleAxisd(beyond, around.normalized())) * orientation).normalized();
+}
+
+std::int64_t Species::placed() const {
+  const auto isGiven = [](const DeformedCell& cell) { return cell.start.has_value(); };
+  return std::count_if(deformed.begin(), deformed.end(), isGiven) + std::int64_t(start.size());
+}
+
+bool Species::startsAtGivenPose(std::int64_t cell) const {
+  const auto first = std::int64_t(deformed.size());
+  if (cell < first) return deformed[cell].start.has_value();
+  return inColumns || cell - first < std::int64_t(start.size());
+}
+
+void Species::resize(std::int64_t cells) {
+  count = cells;
+  deformed.resize(std::min<std::size_t>(deformed.size(), cells));
+  start.resize(std::min<std::size_t>(start.size(), undeformed()));
+}
+
+Species& Physics::add(std::string name, std::shared_ptr<const Shape> shape, std::int64_t count) {
+  shapes.push_back(std::move(shape));
+  return species.emplace_back(Species{std::move(name), int(shapes.size()) - 1, count, nullptr});
+}
+
+bool Physics::hasDeformed() const {
+  return std::any_of(shapes.begin(), shapes.end(), [](const auto& shape) { return shape->undeformed(); });
+}
+
+bool Physics::areOfCell(std::int64_t ofSpecies, std::int64_t shape) const {
+  if (ofSpecies < 0 || ofSpecies >= std::int64_t(species.size())) return false;
+  if (shape < 0 || shape >= std::int64_t(shapes.size())) return false;
+  const int undeformed = species[ofSpecies].shape;
+  return shape == undeformed || shapes[shape]->undeformed() == shapes[undeformed];
+}
+
+std::vector<int> Physics::shapesInUse() const {
+  std::vector<int> used;
+  for (const Species& one : species)
+    one.forEachShape([&](int shape, std::int64_t) { used.push_back(shape); });
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  return used;
+}
+
+double Physics::largest(double (Shape::*length)() const) const {
+  double most = 0.0;
+  for (const int shape : shapesInUse()) most = std::max(most, (*shapes[shape].*length)());
+  return most;
+}
+
+double meanVolume(const Species& species, const Shapes& shapes) {
+  if (species.deformed.empty()) return shapes[species.shape]->volume();
+  double volume = 0.0;
+  species.forEachShape([&](int shape, std::int64_t n) { volume += double(n) * shapes[shape]->volume(); });
+  return volume / double(species.count);
+}
+
+void deform(std::vector<PlacedCell>& cells, const std::map<std::size_t, std::vector<Vec3>>& vertices,
+            Shapes& shapes, const Communicator& ranks) {
+  const auto templateOf = [&](int shape) {
+    const std::shared_ptr<const Shape>& undeformed = shapes[shape]->undeformed();
+    return undeformed ? undeformed : shapes[shape];
+  };
+  std::vector<std::int32_t> formOf;  // the shape that each new one is a form of
+  std::vector<Vec3> all;
+  auto next =
+      std::int32_t(shapes.size() + std::size_t(ranks.sumBefore({std::int64_t(vertices.size())}).front()));
+  for (const auto& [cell, own] : vertices) {
+    formOf.push_back(std::exchange(cells[cell].shape, next++));
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  formOf = ranks.gatherAll(formOf);
+  all = ranks.gatherAll(all);
+  auto begin = all.cbegin();
+  for (const std::int32_t shape : formOf) {
+    const std::shared_ptr<const Shape> undeformed = templateOf(shape);
+    const auto end = begin + std::ptrdiff_t(undeformed->mesh().vertices.size());
+    shapes.push_back(std::make_shared<const Shape>(std::vector<Vec3>(begin, end), undeformed));
+    begin = end;
+  }
+}
+
+}  // namespace packmesh
