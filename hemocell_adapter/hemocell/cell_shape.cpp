@@ -184,7 +184,7 @@ std::shared_ptr<const Shape> makeShapeFromFile(const Source& file, double scale,
   if (!std::isfinite(scale) || scale <= 0.0)
     throw InputError(
         fmt::format("{}: scale {}: expected the file's unit of length in µm", file.string(), scale));
-  TriangleMesh asRead = meshFrom(file);
+  TriangleMesh asRead = meshFrom(file, &warnings);
   std::vector<CappedOpening> holes;
   TriangleMesh mesh = repaired(asRead, file.file, warnings, &holes);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();

@@ -102,6 +102,7 @@ Report certificateOf(const Certificate& certificate) {
           {"overlapping", certificate.overlapping.size()},
           {"misplaced", certificate.misplaced.size()},
           {"selfIntersecting", certificate.selfIntersecting.size()},
+          {"closer", certificate.closer},
           {"minimumGap", gapOf(certificate.minimumGap)},
           {"minimumWallGap", gapOf(certificate.minimumWallGap)},
           {"gapsMeasuredUpTo", certificate.gapsMeasuredUpTo},

@@ -94,6 +94,13 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
   return lines;
 }
 
+/// ", by all but 3 cells, which keep less": of the clearances.
+std::string closerText(const Certificate& certificate) {
+  if (certificate.closer == 0) return {};
+  return fmt::format(", by all cells but {}, which keep{} less: the minimum gaps above", certificate.closer,
+                     certificate.closer == 1 ? "s" : "");
+}
+
 }  // namespace
 
 std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally) {
@@ -313,7 +320,8 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
     lines.back() += ", to the wall " + gapText(certificate.minimumWallGap, certificate.wallGapsMeasuredUpTo);
   if (clearances.membranes > 0.0 || clearances.wall > 0.0)
     lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", clearances.membranes,
-                                wall ? fmt::format(", {:.6g} µm to the wall", clearances.wall) : ""));
+                                wall ? fmt::format(", {:.6g} µm to the wall", clearances.wall) : "") +
+                    closerText(certificate));
   else if (triesMoreClearance(problem.request))
     lines.push_back("Clearance kept: none beyond the minimum gaps above");
   constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]

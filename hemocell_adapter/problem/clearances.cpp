@@ -54,7 +54,7 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const P
     if (hi > 0.0 && hi - lo <= finest) return;
     Clearances wider = best.clearances;
     wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
-    auto result = packWith(wider, {sweeps, 0, timeLeft(), false});
+    auto result = packWith(wider, {sweeps, 0, timeLeft(), false, false});
     if (result && result->outcome == Outcome::interrupted) {
       best.result = std::move(*result);
       return;
@@ -110,8 +110,10 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
     const bool last = i + 1 == levels.size();
     const double left =
         request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), leastSeconds) : 0.0;
-    const AttemptLimits limits = last ? AttemptLimits{0, 0, left, true}
-                                      : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, false};
+    const bool chosen = levels.back().membranes == 0.0 && levels.back().wall == 0.0;  // none is asked for
+    const AttemptLimits limits =
+        last ? AttemptLimits{0, 0, left, false, true}
+             : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, chosen, false};
     auto result = packWith(levels[i], limits);
     if (!result) continue;
     best = {std::move(*result), levels[i]};

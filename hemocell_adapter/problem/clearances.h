@@ -29,6 +29,7 @@ struct AttemptLimits {
   std::int64_t maxSweeps = 0;     ///< 0: those of the request
   std::int64_t sweepsForFew = 0;  ///< further ones if only few contacts are left then
   double maxSeconds = 0.0;        ///< 0: no limit
+  bool someCloser = false;        ///< a few cells may keep less
   bool fewerCells = true;         ///< if not feasible: whether a packing of fewer cells is requested
 };
 

@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/problem/lumen_sample.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/random.h"
 #include "packMesh/packing/pack.h"
@@ -31,18 +30,11 @@ constexpr Measured measured[] = {{0.10, 0.02},  {0.20, 0.025}, {0.30, 0.037}, {0
 /// Per factor of ten in the number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double increasePerDecade = 0.15;
 
-/// Packings are less dense along walls, as if a layer of this thickness were empty [µm]: at a smooth wall,
-/// and at the faces of the nodes that HemoCell excludes, between which membranes can protrude.
-constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
-
 /// Memory [MB]: of the program, and per cell.
 constexpr double ofProgram = 25.0, ofThousandCells = 1.3;
 
 /// Parallel efficiency of several ranks.
 constexpr double efficiency = 0.85;
-
-/// Number of points at which the distance to walls is sampled.
-constexpr int points = 12000, mostPoints = 20 * points;
 
 double millisecondsAt(double fraction) {
   const Measured* upper = std::find_if(std::begin(measured), std::end(measured) - 1,
@@ -53,95 +45,8 @@ double millisecondsAt(double fraction) {
   return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
 }
 
-/// Volume available to a species, from a random sample of the lumen.
-struct RoomSample {
-  double share = 1.0;         ///< fraction of the lumen that is available to a body
-  double volume = 0.0;        ///< the same [µm³]
-  double effective = 0.0;     ///< the same without the empty layer [µm³]
-  std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
-};
-
-/// Maximum number of points from which a cell is tried.
-constexpr std::size_t trials = 8;
-
-/// The i-th of points that fill the unit cube evenly (Roberts' additive recurrence: powers of the root of x⁴
-/// = x + 1).
-Vec3 evenlySpread(int i) {
-  constexpr double root = 1.2207440846057596;
-  Vec3 p;
-  for (int k = 0; k < 3; ++k) {
-    const double x = 0.5 + double(i + 1) / std::pow(root, k + 1);
-    p[k] = x - std::floor(x);
-  }
-  return p;
-}
-
-class LumenSample {
- public:
-  explicit LumenSample(const Container& container) : wall_(container.wall()), volume_(container.volume()) {
-    if (!wall_) return;
-    const Box bounds = container.bounds();
-    std::int64_t tried = 0;  // a thin vessel across its bounding box has few of them inside
-    for (; tried < points || (tried < mostPoints && inside_.size() < points / 2); ++tried) {
-      const Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenlySpread(static_cast<int>(tried)));
-      const double distance = wall_->distance(p).distance;
-      if (distance < 0.0) continue;
-      inside_.push_back(p);
-      distances_.push_back(distance);
-    }
-    // Cells are also in the continuation of the ends of a vessel, which its volume does not include. A
-    // smaller difference is that of the sample.
-    const double share = double(inside_.size()) / double(tried);
-    const double sampled = bounds.size().prod() * share;
-    const double deviation = bounds.size().prod() * std::sqrt(share * (1.0 - share) / double(tried));
-    if (sampled > volume_ + 3.0 * deviation) volume_ = sampled;
-  }
-
-  /// @param wall of the species, nullptr: the container's @param clearance to it [µm]
-  const RoomSample& room(const Wall* wall, double clearance) {
-    const auto [it, isNew] = rooms_.try_emplace({wall, clearance});
-    if (!isNew) return it->second;
-    it->second.volume = it->second.effective = volume_;
-    if (wall_) it->second = measured(wall, clearance);
-    return it->second;
-  }
-
- private:
-  RoomSample measured(const Wall* wall, double clearance) const {
-    RoomSample room;
-    std::vector<std::pair<double, std::size_t>> depths;
-    std::size_t bodies = 0, effective = 0;
-    for (std::size_t i = 0; i < inside_.size(); ++i) {
-      const double smooth = distances_[i] - clearance;
-      const double depth = wall ? wall->distance(inside_[i]).distance - clearance : smooth;
-      bodies += depth >= 0.0;
-      effective += depth >= (wall ? emptyLayerAtNodes : emptyLayer) && smooth >= emptyLayer;
-      depths.emplace_back(depth, i);
-    }
-    const double all = std::max<double>(1.0, double(inside_.size()));
-    room.share = double(bodies) / all;
-    room.volume = room.share * volume_;
-    room.effective = double(effective) / all * volume_;
-    const std::size_t some = std::min(trials, depths.size());
-    std::partial_sort(depths.begin(), depths.begin() + std::ptrdiff_t(some), depths.end(), std::greater<>());
-    for (std::size_t k = 0; k < some; ++k) room.deepest.push_back(inside_[depths[k].second]);
-    return room;
-  }
-
-  const Wall* wall_;
-  double volume_;  ///< where cells can be [µm³]
-  std::vector<Vec3> inside_;
-  std::vector<double> distances_;  ///< of them to wall_ [µm]
-  std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
-};
-
-const RoomSample& roomOf(const Problem& problem, int species, LumenSample& sample) {
-  return sample.room(problem.atDemanded.walls[species].get(),
-                     problem.species[species].wallClearance(problem.demanded.wall));
-}
-
 /// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall.
-bool findsPlace(const Problem& problem, int s, const RoomSample& room) {
+bool findsPlace(const Problem& problem, int s, const Room& room) {
   constexpr std::int64_t sweeps = 300;
   const CellSpecies& species = problem.species[s];
   PackingProblem packing;
@@ -198,7 +103,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.roomShares.push_back(1.0);
     forecast.roomVolumes.push_back(lumen);
     if (species.count == 0) continue;
-    const RoomSample& room = roomOf(problem, static_cast<int>(i), sample);
+    const Room& room = sample.room(static_cast<int>(i));
     forecast.roomShares.back() = room.share;
     forecast.roomVolumes.back() = room.volume;
     const double grown = n * (own + 0.5 * problem.demanded.membranes * surfaceArea(species.shape->mesh()));
@@ -223,19 +128,32 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
 }
 
 /// How much of the lumen all cells fill, and in how much of it they can be if that is less.
-std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast) {
+std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   constexpr double worthTelling = 0.995;
   std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
                                   forecast.cells == 1 ? "" : "s", forecast.fraction);
   if (forecast.effectiveFraction < 1.0)
     cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
   std::vector<std::string> lines = {cells};
-  for (std::size_t s = 0; s < problem.species.size(); ++s)
-    if (forecast.roomShares[s] < worthTelling)
-      lines.push_back(
-          fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
-                      "HemoCell's rules exclude the rest",
-                      problem.species[s].name, forecast.roomShares[s], forecast.roomVolumes[s]));
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    if (forecast.roomShares[s] >= worthTelling) continue;
+    const CellSpecies& species = problem.species[s];
+    const Room& room = sample.room(int(s));
+    std::string line =
+        fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³", species.name, room.share, room.volume);
+    if (species.redCell && room.volume > 0.0)
+      line += fmt::format(", where their hematocrit is {:.3f}",
+                          double(species.count) * species.meanVolume / room.volume);
+    line += ": clearances, layers at the wall, HemoCell's rules and narrow places exclude the rest";
+    if (room.narrow)
+      line += fmt::format(
+          "; the widest place that they cannot enter is {:.1f} µm wide, near {:.1f} {:.1f} {:.1f} µm",
+          room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
+    if (room.apart.size() > 1)
+      line += fmt::format("; {} parts, between which they cannot pass, the largest with {:.3f} of it",
+                          room.apart.size(), room.apart.front());
+    lines.push_back(line);
+  }
   return lines;
 }
 
@@ -248,7 +166,7 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
     if (volume > forecast.roomVolumes[s])
       return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
                          volume);
-    if (!findsPlace(problem, int(s), roomOf(problem, int(s), sample)))
+    if (!findsPlace(problem, int(s), sample.room(int(s))))
       return fmt::format("not even one {} fits into the lumen", species.name);
   }
   return {};
@@ -257,18 +175,19 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
 }  // namespace
 
 Forecast forecastOf(const Problem& problem) {
-  LumenSample sample(*problem.lumen.container);
+  LumenSample sample(problem);
   return forecastOf(problem, sample);
 }
 
 std::string roomText(const Problem& problem, const Forecast& forecast) {
-  return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast), ". "));
+  LumenSample sample(problem);
+  return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast, sample), ". "));
 }
 
 ForecastText forecastText(const Problem& problem, int ranks) {
-  LumenSample sample(*problem.lumen.container);
+  LumenSample sample(problem);
   const Forecast f = forecastOf(problem, sample);
-  std::vector<std::string> lines = roomLines(problem, f);
+  std::vector<std::string> lines = roomLines(problem, f, sample);
   if (problem.request.inColumns)
     lines.push_back(
         "In columns: the feasible fraction depends on the box, up to 0.65 at 50 µm, less in small ones. The "
@@ -277,8 +196,8 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   if (never)
     lines.push_back(fmt::format("Infeasible: {}", *never));
   else if (f.effectiveFraction <= Forecast::easy)
-    lines.push_back(fmt::format("Feasible: {:.3f} below {:.2f}; above that packing is slow",
-                                Forecast::easy - f.effectiveFraction, Forecast::easy));
+    lines.push_back(fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
+                                Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +

@@ -218,8 +218,12 @@ void divideIntoParts(Problem& problem) {
 void preparePacking(Problem& problem) {
   const Request& request = problem.request;
   if (!request.regions.empty() && !request.hematocrit)
-    throw InputError(request.regions.front().body.where +
-                     ": regions require a hematocrit of the rest of the lumen, for example 0.001");
+    throw InputError(
+        request.regions.front().body.where +
+        ": regions require a hematocrit of the rest of the lumen; 0: red cells in regions alone");
+  if (request.regions.empty() && request.hematocrit && *request.hematocrit == 0.0)
+    throw InputError(named("hematocrit", "0") +
+                     " asks for no red cells; it is meant for a lumen with regions");
   examineWall(problem);
   if (request.profile && !request.regions.empty())
     throw InputError(request.regions.front().body.where + ": regions and a profile (" + named("profile") +

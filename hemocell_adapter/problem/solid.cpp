@@ -20,7 +20,7 @@ namespace packmesh::hemocell {
 VesselMesh readVessel(const Source& file, bool capOpenings, double flatness,
                       std::vector<std::string>& repairs) {
   VesselMesh mesh;
-  mesh.asRead = mesh.closed = meshFrom(file);
+  mesh.asRead = mesh.closed = meshFrom(file, &repairs);
   for (std::string& repair :
        repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
     repairs.push_back(std::move(repair));

@@ -251,6 +251,22 @@ void sortAsPacked(std::vector<std::string>& names, const Request& all) {
   });
 }
 
+/// What a folder has instead of .pos files: of old versions of HemoCell, or named on systems that ignore
+/// case.
+std::string otherNames(const fs::path& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const fs::path name = entry.path().filename();
+    if (name == "cells.pos")
+      return "; cells.pos is of an old version of HemoCell, with all cell types in one file: divide it into "
+             "RBC.pos, PLT.pos ...";
+    if (name.extension() == ".POS")
+      return fmt::format("; {} must be named {}.pos, as HemoCell reads it", name.string(),
+                         name.stem().string());
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<SpeciesPlan> plansToPack(const Request& request, const Case* simulation,
@@ -301,8 +317,9 @@ CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
     }
   }
   if (found.plans.empty())
-    throw InputError(found.unchecked.empty() ? fmt::format("{}: no .pos files to check", folder.string())
-                                             : fmt::format("nothing to check: {}", warnings.back()));
+    throw InputError(found.unchecked.empty()
+                         ? fmt::format("{}: no .pos files to check{}", folder.string(), otherNames(folder))
+                         : fmt::format("nothing to check: {}{}", warnings.back(), otherNames(folder)));
   return found;
 }
 

@@ -114,6 +114,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
     packing.execution.limits.maxSweeps = std::min(limits.maxSweeps, packing.execution.limits.maxSweeps);
   packing.execution.limits.sweepsForFew = limits.sweepsForFew;
   packing.execution.limits.fewerCells = limits.fewerCells;
+  packing.execution.limits.someCloser = limits.someCloser;
   std::optional<StateFrames> frames;
   if (request.output.frames > 0) {
     frames.emplace(packing, request.output);

@@ -79,8 +79,10 @@ std::vector<Setting> cellSettings() {
   using R = Request;
   const auto component = [](const char* name) { return number(name, "", -1e6, false, 1e6); };
   return {
-      setting("hematocrit", &R::hematocrit, hematocrit(),
-              "volume of the red cells' meshes divided by that of the lumen; excludes --rbc and --plt")
+      setting(
+          "hematocrit", &R::hematocrit, regionHematocrit(),
+          "volume of the red cells' meshes divided by that of the lumen; excludes --rbc and --plt; 0: red "
+          "cells in regions alone")
           .withLetter('h')
           .alsoOfPackCells(),
       setting("discharge-hematocrit", &R::dischargeHematocrit, hematocrit(),

@@ -112,8 +112,8 @@ bool isState(const Source& source) {
   return source.file.extension() == ".h5";
 }
 
-TriangleMesh meshFrom(const Source& source) {
-  if (!source.given) return readMesh(source.file);
+TriangleMesh meshFrom(const Source& source, std::vector<std::string>* notes) {
+  if (!source.given) return readMesh(source.file, notes);
   TriangleMesh mesh = meshOf(*source.given, "vertices", "triangles");
   const std::vector<int> number = mergeEqualVertices(mesh.vertices);
   for (Triangle& triangle : mesh.triangles)

@@ -51,7 +51,7 @@ inline bool operator==(const Source& a, const Source& b) {
 bool isState(const Source& source);
 
 /// The mesh, as readMesh() reads it. @throws InputError
-TriangleMesh meshFrom(const Source& source);
+TriangleMesh meshFrom(const Source& source, std::vector<std::string>* notes = nullptr);
 
 /// The cells of a state; of numbers in memory all ranks have them, and this one's share is returned. All
 /// ranks call. @throws InputError

@@ -58,6 +58,9 @@ struct Certificate {
   /// Smallest gap between membrane and wall [µm], likewise; 0 if any cell is not inside the lumen.
   double minimumWallGap = std::numeric_limits<double>::infinity();
   double gapsMeasuredUpTo = usualGapOfInterest, wallGapsMeasuredUpTo = usualGapOfInterest;  ///< [µm]
+  /// Cells that were permitted to be closer to others or to the wall than required, and are; they meet
+  /// nothing.
+  std::int64_t closer = 0;
   double cellVolume = 0.0;  ///< total volume of all meshes [µm³]
   bool complete = true;     ///< false: stopped early, nothing is proven
   /// True if so many pairs overlap that only some of them are listed: see LimitedSearch.

@@ -15,4 +15,19 @@ void Wall::sample(const NodeBlock& block, float* distances) const {
         *distances++ = static_cast<float>(distance(block.position(i, j, k)).distance);
 }
 
+const SampledDistance& Wall::coarselySampled(const Box& region) const {
+  constexpr double about = 1.0;  // [µm]
+  const double fine = samplingSpacing();
+  return samples_.of(*this, region, fine * std::max(2.0, std::round(about / fine)));
+}
+
+const SampledDistance& Wall::Samples::of(const Wall& wall, const Box& region, double spacing) const {
+  const std::lock_guard lock(mutex_);
+  for (const Made& made : made_)
+    if (made.samples->spacing() == spacing && made.region.lo == region.lo && made.region.hi == region.hi)
+      return *made.samples;
+  made_.push_back({region, std::make_unique<SampledDistance>(wall, region, spacing)});
+  return *made_.back().samples;
+}
+
 }  // namespace packmesh

@@ -2,6 +2,8 @@
 /// @file Interface of containers.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -21,6 +23,13 @@ class Container {
 
   /// Period along each axis [µm], 0 where the container is not periodic.
   virtual Vec3 period() const = 0;
+
+  /// The bounds and at least `margin` around them [µm]; for small cells all the same, so that samples of
+  /// distances are shared.
+  Box surroundings(double margin) const {
+    constexpr double step = 16.0;
+    return bounds().grownBy(step * std::max(1.0, std::ceil(margin / step)));
+  }
 
   /// Volume of the lumen [µm³], of one period if it is periodic; see makeVessel for a vessel with continued
   /// ends.

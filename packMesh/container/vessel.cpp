@@ -27,6 +27,7 @@ constexpr double closedReach = 2.0;
 
 class Vessel final : public Container, public Wall {
  public:
+  /// @param closed the same as `wall` if there are no ends
   Vessel(double volume, const TriangleMesh& closed, const TriangleMesh& wall,
          const std::optional<VesselEnds>& ends, double detail)
       : volume_(volume),
@@ -36,7 +37,8 @@ class Vessel final : public Container, public Wall {
         period_(ends && ends->periodic ? ends->hi - ends->lo : 0.0),
         wall_(wall),
         wallBox_(boundingBox(wall)),
-        closed_(closed),
+        ownClosed_(ends ? std::make_unique<const MeshHierarchy>(closed) : nullptr),
+        closed_(ends ? *ownClosed_ : wall_),
         bounds_(boundingBox(closed)),
         distances_(periodic() ? withImages(wall, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall) {
     if (ends_) {
@@ -186,7 +188,8 @@ class Vessel final : public Container, public Wall {
   double period_;       ///< along the axis [µm]; 0: not periodic
   MeshHierarchy wall_;  ///< that cells must not meet; without caps if the vessel has ends
   Box wallBox_;
-  MeshHierarchy closed_;  ///< surface of the lumen, closed at its ends
+  std::unique_ptr<const MeshHierarchy> ownClosed_;  ///< where the wall has no caps
+  const MeshHierarchy& closed_;                     ///< surface of the lumen, closed at its ends
   Box bounds_;
   SignedDistances distances_;  ///< distances to the wall and its continuation or images
 };

@@ -4,12 +4,16 @@
 
 #include <array>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "packMesh/container/closed_form_wall.h"
 #include "packMesh/core/sphere.h"
 #include "packMesh/field/distance_source.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
@@ -28,6 +32,13 @@ struct WallVerdict {
 /// The wall for one species of cells.
 class Wall : public DistanceSource {
  public:
+  /// The distance at samplingSpacing(), and at about a micrometre: interpolated, for points in this region.
+  /// Made once and kept as long as the wall. Any thread can call.
+  const SampledDistance& sampled(const Box& region) const {
+    return samples_.of(*this, region, samplingSpacing());
+  }
+  const SampledDistance& coarselySampled(const Box& region) const;
+
   /// Distance and gradient at `p` [µm]; defined everywhere, including outside the lumen.
   virtual WallDistance distance(const Vec3& p) const = 0;
 
@@ -63,6 +74,25 @@ class Wall : public DistanceSource {
   std::optional<std::string> violation(const TriangleMesh& placedCell) const {
     return examine({MeshHierarchy(placedCell), Placement()}, 0.0).violation;
   }
+
+ private:
+  /// A copy of a wall has none of these, since they refer to the wall.
+  class Samples {
+   public:
+    Samples() = default;
+    Samples(const Samples&) {}
+    Samples& operator=(const Samples&) { return *this; }
+    const SampledDistance& of(const Wall& wall, const Box& region, double spacing) const;
+
+   private:
+    struct Made {
+      Box region;
+      std::unique_ptr<SampledDistance> samples;
+    };
+    mutable std::mutex mutex_;
+    mutable std::vector<Made> made_;
+  };
+  Samples samples_;
 };
 
 }  // namespace packmesh

@@ -20,7 +20,8 @@ enum class RandomStream : std::uint32_t {
   turn = 4,
   draw = 5,
   sample = 6,
-  begin = 7
+  begin = 7,
+  room = 8
 };
 
 /// Four independent numbers, uniform in [0, 1), for a seed, stream, global cell id and iteration

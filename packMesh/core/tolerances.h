@@ -51,6 +51,14 @@ inline constexpr double sliverFlatness = 1e-5;
 /// single precision alone gives a flat surface about 1e-8.
 inline constexpr double zeroVolumeFraction = 1e-8;
 
+/// A surface is flat if all of its vertices are this near a plane [of the diagonal of its bounds]: a hundred
+/// times the rounding of doubles.
+inline constexpr double flatSurfaceFraction = 1e-11;
+
+/// Vertices nearer to each other than this fraction of the median edge may be one: marching cubes make such
+/// slivers where the surface passes a node, rounded to single precision.
+inline constexpr double nearFraction = 1e-3;
+
 /// Vertices of a flat vessel end lie in one plane up to this fraction of the mesh's diagonal: the error of
 /// rounding to single precision and to six printed digits.
 inline constexpr double flatCapFraction = 1e-6;

@@ -19,6 +19,13 @@ std::string kindOf(const std::filesystem::path& file) {
   for (char& c : ending)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   if (ending == ".stl" || ending == ".off" || ending == ".ply" || ending == ".obj") return ending.substr(1);
+  for (const char* const other : {".vtp", ".vtu", ".vtk", ".msh", ".3mf", ".glb", ".gltf"})
+    if (ending == other)
+      throw InputError(file.string() +
+                       ": expected a mesh file ending in .stl, .off, .ply or .obj; convert the surface to "
+                       "STL, for example with 'meshio convert " +
+                       file.filename().string() + " " + file.stem().string() +
+                       ".stl' or in ParaView (Extract Surface, Save Data). A centre line has no surface");
   throw InputError(file.string() + ": expected a mesh file ending in .stl, .off, .ply or .obj, found " +
                    (ending.empty() ? "no extension" : "'" + ending + "'"));
 }
@@ -27,6 +34,11 @@ std::string meshIn(const std::filesystem::path& file) {
   std::string content = contentOf(file, "a mesh file");
   if (content.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(file.string() + ": expected a mesh, found an empty file");
+  if (content.rfind("version https://git-lfs.github.com/spec/", 0) == 0)
+    throw InputError(file.string() +
+                     ": expected a mesh, found a Git LFS pointer, which stands for a file that was not "
+                     "downloaded; run 'git "
+                     "lfs pull' in its repository");
   return content;
 }
 
@@ -75,8 +87,10 @@ void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std
 
 }  // namespace
 
-TriangleMesh readMesh(const std::filesystem::path& file) {
+TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string>* notes) {
   PolygonSoup soup = readSoup(file);
+  if (notes)
+    for (const std::string& note : soup.notes) notes->push_back(file.string() + ": " + note);
   if (soup.ends.empty()) throw InputError(file.string() + ": expected triangles, found none");
   for (std::size_t v = 0; v < soup.vertices.size(); ++v)
     if (const std::string fault = coordinateFault(soup.vertices[v]); !fault.empty())

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "packMesh/mesh/triangle_mesh.h"
 
@@ -13,8 +15,10 @@ namespace packmesh {
 /// Reads the triangles of a mesh file unchanged, except that vertices with equal coordinates are merged in
 /// the order of their first appearance; repairs nothing else (see repairClosed). Polygons are divided into
 /// triangles. The format is determined by the extension, in upper or lower case. Lengths are as in the file.
+/// @param notes receives a line for what is odd about the file, but can be read: a text STL file without
+/// 'endsolid', bytes after the last triangle; nullptr: not wanted
 /// @throws InputError naming the file, and the line of a text, if it is missing, unreadable, empty, of an
 ///   unknown format, truncated, malformed, without triangles, or has coordinates that are not finite
-TriangleMesh readMesh(const std::filesystem::path& file);
+TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string>* notes = nullptr);
 
 }  // namespace packmesh

@@ -12,8 +12,10 @@
 #include "packMesh/core/poll.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/coincident_triangles.h"
 #include "packMesh/mesh/coordinate_limit.h"
 #include "packMesh/mesh/flat_triangles.h"
+#include "packMesh/mesh/joined_sets.h"
 #include "packMesh/mesh/merge_vertices.h"
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
@@ -46,6 +48,25 @@ EdgeFaults findEdgeFaults(const std::vector<TriangleSide>& sides) {
     }
   }
   return faults;
+}
+
+/// The edges of a mesh, and what is wrong with them.
+struct Edges {
+  std::vector<TriangleSide> sides;
+  EdgeFaults faults;
+
+  explicit Edges(const TriangleMesh& mesh) : sides(sortedSides(mesh)), faults(findEdgeFaults(sides)) {}
+  /// None is open, but some have more than two triangles.
+  bool areCrowded() const { return faults.open == 0 && faults.crowded > 0; }
+};
+
+/// @return number of vertices that were the same as others
+std::size_t mergeEqual(TriangleMesh& mesh) {
+  const std::size_t before = mesh.vertices.size();
+  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = number[v];
+  return before - mesh.vertices.size();
 }
 
 std::size_t removeCollapsed(TriangleMesh& mesh) {
@@ -85,6 +106,32 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double med
   if ((left.open > 0 && !openings) || left.crowded > 0) return 0;
   removeUnusedVertices(closed);
   mesh = std::move(closed);
+  return joined;
+}
+
+/// Merges the vertices of edges so short that they are one by rounding (slivers of marching cubes, which
+/// pinch the surface), and removes what that makes collapse or coincide, provided that every edge then has
+/// two triangles. @return number of vertices merged
+std::size_t mergeNear(TriangleMesh& mesh, double medianEdge) {
+  const double reach = tolerance::nearFraction * medianEdge;
+  JoinedSets sets(mesh.vertices.size());
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      if ((mesh.vertices[a] - mesh.vertices[b]).norm() < reach) sets.join(a, b);
+    }
+  TriangleMesh merged = mesh;
+  std::size_t joined = 0;
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v) joined += sets.first(v) != v;
+  if (joined == 0) return 0;
+  for (Triangle& t : merged.triangles)
+    for (int& v : t) v = sets.first(v);
+  removeCollapsed(merged);
+  removeCoincident(merged);
+  const EdgeFaults left = findEdgeFaults(sortedSides(merged));
+  if (merged.triangles.empty() || left.open > 0 || left.crowded > 0) return 0;
+  removeUnusedVertices(merged);
+  mesh = std::move(merged);
   return joined;
 }
 
@@ -289,6 +336,25 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
     }
 }
 
+/// Rejects a surface all of whose vertices are in a plane: a cap alone, or what lost a coordinate.
+void refuseFlat(const TriangleMesh& mesh, const std::string& name) {
+  const double size = boundingBox(mesh).size().norm();
+  Vec3 normal = Vec3::Zero();
+  double largest = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 area = (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0));
+    if (area.norm() > largest) {
+      largest = area.norm();
+      normal = area.normalized();
+    }
+  }
+  const Vec3& origin = mesh.corner(0, 0);
+  if (std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vec3& v) {
+        return std::abs(normal.dot(v - origin)) <= tolerance::flatSurfaceFraction * size;
+      }))
+    throw MeshError(name + ": the surface is flat, so that it encloses no volume");
+}
+
 std::string edgeText(const TriangleMesh& mesh, const TriangleSide& side) {
   return "from " + toText(mesh.vertices[side.lo]) + " to " + toText(mesh.vertices[side.hi]);
 }
@@ -348,44 +414,45 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
     if (n > 0) repairs.push_back(name + ": " + verb + " " + counted(n, one, many));
   };
 
-  const std::size_t given = mesh.vertices.size();
-  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
-  for (Triangle& t : mesh.triangles)
-    for (int& v : t) v = number[v];
-  note(given - mesh.vertices.size(), "merged", "duplicate vertex", "duplicate vertices");
+  note(mergeEqual(mesh), "merged", "duplicate vertex", "duplicate vertices");
   note(removeCollapsed(mesh), "removed", "collapsed triangle", "collapsed triangles");
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
+  refuseFlat(mesh, name);
+  note(removeCoincident(mesh), "removed", "triangle that coincided with another",
+       "triangles that coincided with others");
   note(removeUnusedVertices(mesh), "removed", "unused vertex", "unused vertices");
 
   const EdgeLengths lengths = edgeLengthsOf(mesh);
   refuseOutlier(mesh, lengths, name);
-  std::vector<TriangleSide> sides = sortedSides(mesh);
-  EdgeFaults faults = findEdgeFaults(sides);
-  if (faults.open > 0 && faults.crowded == 0) {
-    if (const std::size_t joined = closeCracks(mesh, faults, lengths.median, capped)) {
+  Edges edges(mesh);
+  if (edges.faults.open > 0 && edges.faults.crowded == 0) {
+    if (const std::size_t joined = closeCracks(mesh, edges.faults, lengths.median, capped)) {
       note(joined, "closed cracks by merging", "vertex that differed by rounding",
            "vertices that differed by rounding");
-      sides = sortedSides(mesh);
-      faults = findEdgeFaults(sides);
+      edges = Edges(mesh);
     }
   }
   std::string notCapped;
-  if (capped && faults.open > 0 && faults.crowded == 0) {
-    notCapped = closeOpenings(mesh, sides, flatness, *capped);
-    sides = sortedSides(mesh);
-    faults = findEdgeFaults(sides);
+  if (capped && edges.faults.open > 0 && edges.faults.crowded == 0) {
+    notCapped = closeOpenings(mesh, edges.sides, flatness, *capped);
+    edges = Edges(mesh);
   }
   std::size_t touching = 0;
-  if (faults.open == 0 && faults.crowded > 0 && isBalanced(sides)) {
-    touching = moveApart(mesh);
-    sides = sortedSides(mesh);
-    faults = findEdgeFaults(sides);
+  if (edges.areCrowded()) {
+    if (const std::size_t joined = mergeNear(mesh, lengths.median)) {
+      note(joined, "merged", "vertex very near another", "vertices very near others");
+      edges = Edges(mesh);
+    }
   }
-  refuseFaults(mesh, faults, notCapped, name);
+  if (edges.areCrowded() && isBalanced(edges.sides)) {
+    touching = moveApart(mesh);
+    edges = Edges(mesh);
+  }
+  refuseFaults(mesh, edges.faults, notCapped, name);
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles cancel each other");
 
   std::vector<int> component;
-  const std::optional<std::size_t> turned = orient(mesh, sides, component);
+  const std::optional<std::size_t> turned = orient(mesh, edges.sides, component);
   if (!turned) throw MeshError(name + ": the surface is one-sided (like a Klein bottle) and has no interior");
   note(*turned, "flipped", "triangle oriented against its neighbours",
        "triangles oriented against their neighbours");

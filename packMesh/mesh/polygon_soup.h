@@ -17,6 +17,8 @@ struct PolygonSoup {
   std::vector<int> corners;  ///< vertex indices of all polygons, one polygon after the other
   std::vector<int> ends;     ///< for each polygon, one past its last corner
 
+  std::vector<std::string> notes;  ///< what is odd about the file, and how it was read
+
   void addPolygon(const std::vector<int>& polygon) {
     corners.insert(corners.end(), polygon.begin(), polygon.end());
     ends.push_back(static_cast<int>(corners.size()));

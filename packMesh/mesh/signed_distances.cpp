@@ -22,13 +22,15 @@ constexpr int smallBlock = 16;
 
 /// A block with more candidates for the nearest triangle than the first is subdivided; with at most as many
 /// as the second, its parts are not searched separately.
-constexpr int mostCandidates = 100, fewCandidates = 6;
+constexpr int mostCandidates = 4000, fewCandidates = 6;
 
 /// Upper bound of the error of distances from squared distances in floats [µm].
 constexpr float roundingOfFloats = 1e-4f;
 
-/// Blocks this many times their radius inside the surface are not measured point by point.
-constexpr double farInside = 4.0;
+/// Roughly: blocks this many times their radius inside the surface are not measured point by point, and of
+/// points further from it than this [spacings] the distance is at least the true one divided by 1 + slack.
+/// (In the middle of a tube all triangles around are candidates for the nearest.)
+constexpr double farInside = 4.0, exactWithin = 2.0, slackBeyond = 0.01;
 
 /// Adjacent points: first[k] ... first[k] + count[k] - 1 along each axis.
 struct Block {
@@ -54,6 +56,8 @@ class SignedDistances::Search {
          float* distances)
       : all_(all), surface_(all.surface_), coordinates_(coordinates), rough_(rough), distance_(distances) {
     slab_ = coordinates[0].size() * coordinates[1].size();
+    for (const std::vector<double>& along : coordinates)
+      if (along.size() > 1) exactWithin_ = std::max(exactWithin_, exactWithin * (along[1] - along[0]));
     nearest_.resize(slab_ * coordinates[2].size());
   }
 
@@ -92,16 +96,24 @@ class SignedDistances::Search {
     const Box box = boxOf(block);
     const Vec3 middle = box.center();
     const double radius = 0.5 * box.size().norm();
-    const ClosestPoint::Nearest atMiddle = surface_.nearest(middle, hint_);
+    const double most = rough_ ? 1.0 + slackBeyond : 1.0;
+    ClosestPoint::Nearest atMiddle = surface_.nearest(middle, hint_, most - 1.0);
     hint_ = atMiddle.triangle;
-    if (rough_ && farInside * radius <= atMiddle.distance && surface_.side(middle, atMiddle) < 0) {
+    const double atLeast = atMiddle.distance / most;
+    if (rough_ && farInside * radius <= atLeast && block.points() > 1 && sideOf(middle, hint_) < 0) {
       forEach(block, [&](std::size_t n, const Vec3& p) {
-        distance_[n] = static_cast<float>(atMiddle.distance - (p - middle).norm());
+        distance_[n] = static_cast<float>(atLeast - (p - middle).norm());
         nearest_[n] = inside;
       });
       return;
     }
     if (block.points() == 1) {
+      if (rough_) {
+        if (isRough(atLeast))
+          atMiddle.distance = atLeast;
+        else
+          atMiddle = surface_.nearest(middle, hint_);
+      }
       forEach(block, [&](std::size_t n, const Vec3&) {
         distance_[n] = static_cast<float>(atMiddle.distance);
         nearest_[n] = atMiddle.triangle;
@@ -111,7 +123,7 @@ class SignedDistances::Search {
     const double furthest = atMiddle.distance + 2.0 * radius + tolerance::culling;
     near_.clear();
     surface_.forEachNear(middle, furthest, [&](int t) {
-      if (surface_.onTriangle(t, middle).distance <= furthest) near_.push_back(t);
+      near_.push_back(t);
       return static_cast<int>(near_.size()) <= mostCandidates;
     });
     if (static_cast<int>(near_.size()) > mostCandidates) {
@@ -221,14 +233,19 @@ class SignedDistances::Search {
         return std::signbit(distance_[before]);
     }
     const Vec3 p = position(i, j, k);
-    return surface_.side(p, surface_.onTriangle(nearest_[here], p)) < 0;
+    return (isRough(distance_[here]) ? sideOf(p, nearest_[here])
+                                     : surface_.side(p, surface_.onTriangle(nearest_[here], p))) < 0;
   }
+  bool isRough(double distance) const { return rough_ && exactWithin_ > 0.0 && distance > exactWithin_; }
+  /// @param hint a triangle near p
+  int sideOf(const Vec3& p, int hint) const { return surface_.side(p, surface_.nearest(p, hint)); }
 
   const SignedDistances& all_;
   const ClosestPoint& surface_;
   const std::array<std::vector<double>, 3>& coordinates_;
   bool rough_;
-  float* distance_;  ///< initially unsigned
+  double exactWithin_ = 0.0;  ///< [µm]
+  float* distance_;           ///< initially unsigned
   std::size_t slab_;
   std::vector<int> nearest_;
   int hint_ = -1;

@@ -19,8 +19,9 @@ class SignedDistances {
   /// Signed distances (positive outside, µm) at the points (x[i], y[j], z[k]), `x` fastest, exact up to
   /// rounding to float. Neighbouring points share the search for candidate triangles, so they should be
   /// nearer to each other than to most of the surface. Pre: coordinates ascend (equal ones are permitted).
-  /// @param rough points inside that are further from the surface than several times their spacing get a
-  /// lower bound of their depth, at least three fifths of it
+  /// @param rough points that are further from the surface than twice their spacing get a lower bound of the
+  /// distance, one hundredth less at most; inside, several times the spacing away, at least three fifths of
+  /// it
   void sample(const std::array<std::vector<double>, 3>& coordinates, bool rough, float* distances) const;
 
   const ClosestPoint& surface() const { return surface_; }

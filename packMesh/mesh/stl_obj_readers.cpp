@@ -28,11 +28,20 @@ PolygonSoup readTextStl(const std::string& content, const std::filesystem::path&
     if (*second && scanner.lower(1) != second) scanner.fail(phrase, 1);
   };
   scanner.need("'solid'");
-  for (bool more = true; more; more = scanner.next()) {  // some programs write several solids into one file
+  std::size_t open = 0;            // solids without an end
+  for (bool more = true; more;) {  // some programs write several solids into one file
     if (scanner.lower(0) != "solid") scanner.fail("'solid'", 0);
     for (;;) {
-      scanner.need("'facet' or 'endsolid'");
-      if (scanner.lower(0) == "endsolid" || (scanner.lower(0) == "end" && scanner.lower(1) == "solid")) break;
+      const bool ends = !(more = scanner.next());
+      if (scanner.lower(0) == "endsolid" || (scanner.lower(0) == "end" && scanner.lower(1) == "solid")) {
+        more = scanner.next();
+        break;
+      }
+      if (!soup.ends.empty() && (ends || scanner.lower(0) == "solid")) {
+        ++open;
+        break;
+      }
+      if (ends) scanner.need("'facet' or 'endsolid'");
       if (scanner.lower(0) != "facet") scanner.fail("'facet' or 'endsolid'", 0);
       Vec3 normal = Vec3::Zero();
       for (std::size_t k = 0; k < 3; ++k)
@@ -48,6 +57,7 @@ PolygonSoup readTextStl(const std::string& content, const std::filesystem::path&
       addFacet(soup, normal);
     }
   }
+  if (open > 0) soup.notes.push_back("a solid has no 'endsolid'; is the file complete?");
   return soup;
 }
 
@@ -79,6 +89,12 @@ PolygonSoup readStl(const std::string& content, const std::filesystem::path& fil
   TextScanner scanner(content, file, 0);
   if (!brokenBinary && scanner.next() && scanner.lower(0).rfind("solid", 0) == 0)
     return readTextStl(content, file);
+  if (brokenBinary && count > 0 && content.size() > binarySize) {
+    PolygonSoup soup = readBinaryStl(content);
+    soup.notes.push_back("ignored " + std::to_string(content.size() - binarySize) + " bytes after the " +
+                         std::to_string(count) + " triangles stated in its header");
+    return soup;
+  }
   if (content.size() < 84)
     throw InputError(file.string() +
                      ": expected an STL file: text that begins with 'solid', or at least 84 bytes");

@@ -77,7 +77,11 @@ class TextScanner {
 
   double coordinate(std::size_t k) const {
     double value = 0.0;
-    if (k >= words_.size() || !parse(words_[k], value)) fail("a coordinate", k);
+    if (k >= words_.size() || !parse(words_[k], value))
+      fail(k < words_.size() && words_[k].find(',') != std::string_view::npos
+               ? "a coordinate with a decimal point"
+               : "a coordinate",
+           k);
     if (!std::isfinite(value)) fail("a coordinate that is a finite number", k);
     if (std::abs(value) > tolerance::largestCoordinate)
       fail("a coordinate of at most " + toText(tolerance::largestCoordinate, 3), k);

@@ -3,16 +3,51 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <iterator>
+#include <utility>
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/packing/placed_cells.h"
+#include "packMesh/packing/relocation.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {
+
+/// Cells that are stuck are relocated if they are at most so many, or one of so many up to so many, which
+/// have at most so many contacts each; and only in the first sweeps of a run.
+constexpr std::int64_t fewStuck = 8, oneStuckOf = 8, mostStuck = 500, contactsOfStuck = 6,
+                       sweepsWithRelocation = 5000;
+
+/// One of so many cells may be closer than required where Limits::someCloser permits it; it is tried in so
+/// many rounds of so many sweeps.
+constexpr std::int64_t oneCloserOf = 20, closerRounds = 12, closerSweeps = 200;
+
+/// Removes what is permitted to cells that may be closer. @return how many of them are
+std::int64_t permit(const std::set<std::int64_t>& closer, Certificate& certificate) {
+  std::set<std::int64_t> are;
+  const auto take = [&](std::initializer_list<std::int64_t> cells, double gap) {
+    const auto some =
+        std::find_if(cells.begin(), cells.end(), [&](std::int64_t cell) { return closer.count(cell) > 0; });
+    if (gap > 0.0 && some != cells.end()) are.insert(*some);
+    return gap > 0.0 && some != cells.end();
+  };
+  auto& pairs = certificate.overlapping;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                             [&](const OverlappingPair& pair) {
+                               return take({pair.first, pair.second}, pair.gap);
+                             }),
+              pairs.end());
+  auto& cells = certificate.misplaced;
+  cells.erase(std::remove_if(cells.begin(), cells.end(),
+                             [&](const MisplacedCell& cell) { return take({cell.cell}, cell.gap); }),
+              cells.end());
+  return std::int64_t(are.size());
+}
 
 bool isUnmoved(const BodyState& before, const BodyState& after) {
   return before.id == after.id && before.species == after.species && before.shape == after.shape &&
@@ -48,7 +83,7 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
   const bool suspended = most < problem_.execution.limits.maxSweeps && relaxation_->sweeps() >= most;
   if (suspended || control_.interrupted()) return false;
   over_ = true;
-  return cleanByChance();
+  return cleanByChance() || certifiedWithSomeCloser();
 }
 
 PackingResult Attempt::takeResult() {
@@ -221,7 +256,12 @@ bool Attempt::relaxed(std::int64_t maxSweeps) {
   Timer watch(result_.statistics.relaxationSeconds);
   ScheduleLimits all = limits(maxSweeps);
   all.sweepsForFew = problem_.execution.limits.sweepsForFew;
-  if (!relax(*relaxation_, all, at_.schedule)) return false;
+  std::optional<Relocated> relocated;
+  all.unresolved = [&] { return (relocated = relocation()).has_value(); };
+  while (!relax(*relaxation_, all, at_.schedule)) {
+    if (!relocated) return false;
+    relaxFrom(*std::exchange(relocated, {}));
+  }
   at_.stage = Stage::certificate;
   return true;
 }
@@ -256,7 +296,13 @@ bool Attempt::certified() {
       at_.stage = Stage::repair;
       at_.schedule = {policy.calibrates ? part : 0, 0};
     }
-    if (!settled(policy)) break;
+    if (!settled(policy)) {
+      const auto relocated = policy.calibrates ? std::nullopt : relocation();
+      if (!relocated) break;
+      relaxFrom(*relocated);
+      at_ = {Stage::relaxation, at_.fewer, 0, {}};
+      return false;
+    }
     at_.stage = Stage::certificate;
   }
   at_ = {Stage::relaxation, at_.fewer, 0, {policy.calibrates ? part + 1 : 0, 0}};
@@ -297,6 +343,82 @@ bool Attempt::settled(const RepairPolicy& policy) {
   const ScheduleLimits most = limits(relaxation_->sweeps() + policy.sweeps - at_.schedule.sweep);
   const bool resolved = settle(*relaxation_, policy.sweeps, most, at_.schedule, policy.calibrates);
   return policy.calibrates ? !control_.stopped() && !isTooDeepToCalibrate(*relaxation_) : resolved;
+}
+
+/// The cells with those that are stuck where there is more room; empty if there is none, or too many are
+/// stuck.
+std::optional<Attempt::Relocated> Attempt::relocation() {
+  const std::int64_t most = std::clamp(relaxation_->movableCount() / oneStuckOf, fewStuck, mostStuck);
+  if (relaxation_->lastSweep().contacts > contactsOfStuck * most ||
+      relaxation_->sweeps() > sweepsWithRelocation || control_.outOfTime())
+    return {};
+  relaxation_->dropLists();
+  const Certificate found = ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
+  written_ = WrittenCells(problem_);
+  std::set<std::int64_t> stuck = failingCells(found, problem_.physics);
+  stuck.erase(stuck.lower_bound(cells_), stuck.end());  // of an engine's reserve
+  if (!found.complete || stuck.empty() || std::int64_t(stuck.size()) > most ||
+      !found.selfIntersecting.empty())
+    return {};
+  Relocated after{relaxation_->unsortedStates(), relaxation_->state()};
+  const std::set<std::int64_t> moved = relocate(problem_.physics, problem_.execution, control_.spaces(),
+                                                relaxation_->sweeps(), stuck, after.cells);
+  if (moved.empty()) return {};
+  auto& extra = after.state.extraClearance;
+  for (auto pair = extra.begin(); pair != extra.end();)
+    pair = moved.count(pair->first.first) || moved.count(pair->first.second) ? extra.erase(pair)
+                                                                             : std::next(pair);
+  repairs_.forget(moved);
+  return after;
+}
+
+void Attempt::relaxFrom(const Relocated& relocated) {
+  relaxFrom(bodiesOf(relocated.cells), relocated.state);
+}
+
+/// Whether all cells are certified if a few may be closer to others and to the wall than required; they are
+/// delivered then.
+bool Attempt::certifiedWithSomeCloser() {
+  const Physics& physics = problem_.physics;
+  const std::int64_t most = relaxation_->movableCount() / oneCloserOf;
+  const bool ofTheirOwn =
+      std::any_of(physics.species.begin(), physics.species.end(),
+                  [](const Species& species) { return species.freedom.extraWallClearance > 0.0; });
+  if (!problem_.execution.limits.someCloser || most == 0 || ofTheirOwn) return false;
+  std::set<std::int64_t> closer, closerToWall;
+  std::set<std::pair<std::int64_t, std::int64_t>> pairs;
+  for (std::int64_t round = 0; round < closerRounds && !control_.outOfTime(); ++round) {
+    relaxation_->dropLists();
+    Certificate found = ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
+    if (!found.complete || found.moreOverlaps) break;
+    closer = failingCells(found, physics, std::move(closer));
+    if (std::int64_t(closer.size()) > most) break;
+    Certificate rest = found;
+    rest.closer = permit(closer, rest);
+    if (rest.clean()) {
+      deliver(rest);
+      written_ = WrittenCells(problem_);
+      return true;
+    }
+    for (const OverlappingPair& pair : found.overlapping) {
+      const bool isNew = pairs.insert({pair.first, pair.second}).second;
+      if (isNew || pair.gap <= 0.0)
+        relaxation_->demandClearance(pair.first, pair.second,
+                                     isNew ? -physics.clearance : tolerance::repairClearance);
+    }
+    for (const MisplacedCell& cell : found.misplaced) {
+      const bool isNew = closerToWall.insert(cell.cell).second;
+      if (isNew || cell.gap <= 0.0)
+        relaxation_->demandWallClearance(cell.cell,
+                                         isNew ? -physics.wallClearance : tolerance::repairClearance);
+    }
+    SchedulePosition start;
+    ScheduleLimits some = limits(relaxation_->sweeps() + closerSweeps);
+    some.anew = {};  // a restart begins these rounds again
+    settle(*relaxation_, closerSweeps, some, start);
+  }
+  written_ = WrittenCells(problem_);
+  return false;
 }
 
 /// Assigns every rank its share of the certified cells, sorted by id.

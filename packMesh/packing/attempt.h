@@ -76,6 +76,14 @@ class Attempt {
   bool startsClean();
 
   void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
+  /// Cells of a relaxation, some of which were put elsewhere.
+  struct Relocated {
+    std::vector<BodyState> cells;
+    RelaxationState state;
+  };
+  std::optional<Relocated> relocation();
+  bool certifiedWithSomeCloser();
+  void relaxFrom(const Relocated& relocated);
   void takeFromEngine();
   ScheduleLimits limits(std::int64_t maxSweeps);
   CertificateInput inputNow();

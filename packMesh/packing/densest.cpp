@@ -27,10 +27,16 @@ constexpr std::int64_t coarse = 10, climb = 2;
 constexpr std::int64_t fewestParts = 1, mostParts = 2;
 constexpr std::int64_t sweepsOfFewCells = 3000000;
 
+/// Where cells are relocated: sweeps of a trial in addition to those of its parts, the share of the cells
+/// that are added at once to a packing at first, and how often a single one is tried.
+constexpr std::int64_t relocationSweeps = 1500, firstShare = 8, mostFailures = 2;
+
 class Search {
  public:
   Search(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole)
       : problem_(problem), control_(control), whole_(whole), lumen_(problem.physics.container->volume()) {
+    for (int s = 0; s < int(problem.physics.species.size()); ++s)
+      relocates_ = relocates_ || problem.physics.species[s].freedom.fixed || control.spaces().of(s);
     const bool anyRed =
         std::any_of(problem.physics.species.begin(), problem.physics.species.end(),
                     [](const Species& s) { return s.inHematocrit && !s.freedom.fixed && s.count > 0; });
@@ -45,7 +51,10 @@ class Search {
     beyond_ = topRung;
     bisect(coarse);
     if (goesOn() && !found_.packing) pack(countsAt(0));  // fixed cells alone
-    for (++parts_; goesOn() && mayHave(parts_); ++parts_) climbOn();
+    if (relocates_ && !problem_.engine)
+      fillUp();
+    else
+      for (++parts_; goesOn() && mayHave(parts_); ++parts_) climbOn();
     if (goesOn() && control_.limited()) found_.whole = whole_(problem_.execution.limits.maxSweeps);
     found_.ended = !control_.stopped();
     return std::move(found_);
@@ -101,6 +110,27 @@ class Search {
     bisect(1);
   }
 
+  /// Adds cells to the densest packing so far, fewer at once after each failure, until single ones find no
+  /// place.
+  void fillUp() {
+    std::int64_t step = std::max<std::int64_t>(1, packed_ / firstShare);
+    for (std::int64_t failures = 0; failures < mostFailures && goesOn();) {
+      std::int64_t next = packed_ + step;
+      while (next < topRung && cellsAt(next) == cellsAt(packed_)) ++next;
+      if (cellsAt(next) == cellsAt(packed_)) return;
+      ++filling_;
+      const bool all = cellsAt(next) >= problem_.physics.cellCount();
+      if (!(all && problem_.execution.limits.maxSweeps < sweepsOfTrial()) && pack(countsAt(next))) {
+        packed_ = next;
+        failures = 0;
+      } else if (step > 1 && cellsAt(next) - cellsAt(packed_) > 1) {
+        step /= 2;
+      } else {
+        ++failures;
+      }
+    }
+  }
+
   /// Whether this fraction can be packed; if it comprises all requested cells, these are tried.
   bool packs(std::int64_t rungs) {
     const Counts counts = countsAt(rungs);
@@ -111,10 +141,11 @@ class Search {
 
   /// Begins a trial, or continues the last one if that failed.
   bool pack(const Counts& counts) {
-    if (!trial_ || trial_->counts != counts) trial_ = std::make_unique<Trial>(part(counts), counts, control_);
+    if (!trial_ || trial_->counts != counts || filling_ > 0)
+      trial_ = std::make_unique<Trial>(part(counts), counts, control_);
     const std::int64_t before = trial_->attempt.sweeps();
     sweepsOfOthers_ = found_.sweeps - before;
-    const bool all = trial_->attempt.certifyAll(sweepsOfRelax(parts_));
+    const bool all = trial_->attempt.certifyAll(sweepsOfTrial());
     found_.sweeps += trial_->attempt.sweeps() - before;
     if (!all) return false;
     found_.packing = trial_->attempt.takeResult();
@@ -130,15 +161,44 @@ class Search {
     if (part.engine) part.engine = part.engine->forTrials();
     part.execution.observe = {};
     part.execution.limits.maxSweeps = std::max(part.execution.limits.maxSweeps, sweepsOfRelax(fewestParts));
+    if (filling_ > 0) part.physics.seed += std::uint64_t(filling_);  // other places each time
     if (problem_.execution.progress)
       part.execution.progress = [this](Progress progress) {
         if (!problem_.engine) progress.stage = "search for the densest packing";
         progress.sweep += sweepsOfOthers_;
         problem_.execution.progress(progress);
       };
-    for (std::size_t s = 0; s < counts.size(); ++s) part.physics.species[s].resize(counts[s]);
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+      Species& species = part.physics.species[s];
+      species.resize(counts[s]);
+      if (filling_ > 0 && !species.freedom.fixed) startAsPacked(int(s), species);
+    }
     return part;
   }
+
+  /// Begins with the cells of a species in the densest packing so far.
+  void startAsPacked(int s, Species& species) const {
+    if (!found_.packing) return;
+    std::vector<double> numbers;
+    for (std::size_t i = 0; i < found_.packing->cells.size(); ++i) {
+      if (found_.packing->cells[i].species != s) continue;
+      const Pose& pose = found_.packing->poses[i];
+      numbers.insert(numbers.end(), pose.position.data(), pose.position.data() + 3);
+      numbers.insert(numbers.end(), pose.orientation.coeffs().data(), pose.orientation.coeffs().data() + 4);
+    }
+    numbers = problem_.execution.communicator.gatherAll(numbers);
+    species.start.clear();
+    for (std::size_t i = 0; 7 * i < numbers.size(); ++i) {
+      const double* const at = numbers.data() + 7 * i;
+      const Pose pose{1.0, Quaternion(at[6], at[3], at[4], at[5]), Vec3(at[0], at[1], at[2])};
+      if (i < species.deformed.size())
+        species.deformed[i].start = pose;
+      else
+        species.start.push_back(pose);
+    }
+  }
+
+  std::int64_t sweepsOfTrial() const { return sweepsOfRelax(parts_) + (relocates_ ? relocationSweeps : 0); }
 
   struct Trial {
     Trial(PackingProblem part, Counts of, RunControl& control)
@@ -158,6 +218,8 @@ class Search {
   std::int64_t parts_ = fewestParts;
   /// The densest packing so far, and the next fraction that was tried without success [multiples of `rung`].
   std::int64_t packed_ = 0, beyond_ = topRung;
+  bool relocates_ = false;    ///< cells that are stuck are put elsewhere
+  std::int64_t filling_ = 0;  ///< number of the trial that adds cells to a packing; 0: none does
   Densest found_;
 };
 

@@ -11,8 +11,8 @@ namespace packmesh {
 namespace {
 
 /// Appends the initial cells [from, to) of a species, whose first cell has this id.
-void place(const Physics& physics, const Execution& execution, int s, std::int64_t from, std::int64_t to,
-           std::int64_t firstId, std::vector<Body>& bodies) {
+void place(const Physics& physics, const Execution& execution, AccessibleSpaces& spaces, int s,
+           std::int64_t from, std::int64_t to, std::int64_t firstId, std::vector<Body>& bodies) {
   const Species& species = physics.species[s];
   const auto add = [&](std::int64_t cell, int shape, const Pose& pose) {
     bodies.push_back(makeBody(firstId + cell, s, shape, pose));
@@ -34,8 +34,9 @@ void place(const Physics& physics, const Execution& execution, int s, std::int64
     return;
   }
   std::int64_t n = atRandom;
+  const AccessibleSpace* const space = spaces.of(s);
   for (const Pose& pose :
-       placeRandomly(physics, execution, s, species.shape, firstId + atRandom, to - atRandom))
+       placeRandomly(physics, execution, s, species.shape, firstId + atRandom, to - atRandom, space))
     add(n++, species.shape, pose);
 }
 
@@ -54,7 +55,8 @@ std::optional<std::vector<Body>> placedCells(const Physics& physics, Execution e
     begin += physics.species[i].count;
     const std::int64_t from = std::max(first, speciesBegin), to = std::min(end, begin);
     if (from >= to) continue;
-    place(physics, execution, s, from - speciesBegin, to - speciesBegin, speciesBegin, bodies);
+    place(physics, execution, control.spaces(), s, from - speciesBegin, to - speciesBegin, speciesBegin,
+          bodies);
   }
   if (control.outOfTime()) return {};
   return bodies;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "packMesh/core/tolerances.h"
 #include "packMesh/relaxation/schedule.h"
@@ -108,6 +109,13 @@ void Repairs::clear() {
   demandedOfWall_.clear();
 }
 
+void Repairs::forget(const std::set<std::int64_t>& ids) {
+  for (auto pair = failures_.begin(); pair != failures_.end();)
+    pair = ids.count(pair->first.first) || ids.count(pair->first.second) ? failures_.erase(pair)
+                                                                         : std::next(pair);
+  for (const std::int64_t id : ids) demandedOfWall_.erase(id);
+}
+
 double clearanceCorrection(double gap, double required, double extra) {
   if (gap <= 0.0) return tolerance::repairClearance;
   const double excess = gap - required;
@@ -117,9 +125,10 @@ double clearanceCorrection(double gap, double required, double extra) {
   return std::floor(std::max(wanted, std::min(0.0, least - extra)) * stepsPerMicrometre) / stepsPerMicrometre;
 }
 
-std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics) {
+std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics,
+                                    std::set<std::int64_t> known) {
   std::map<std::int64_t, int> failures;
-  std::set<std::int64_t> out;
+  std::set<std::int64_t> out = std::move(known);
   for (const MisplacedCell& cell : found.misplaced) out.insert(cell.cell);
   for (const SelfIntersectingCell& one : found.selfIntersecting) out.insert(one.cell);
   for (const OverlappingPair& pair : found.overlapping) ++failures[pair.first], ++failures[pair.second];

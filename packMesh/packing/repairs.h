@@ -41,6 +41,8 @@ class Repairs {
   void restore(const PackingState& state);
   void store(PackingState& state) const;
   void clear();
+  /// What was demanded of these cells.
+  void forget(const std::set<std::int64_t>& ids);
 
  private:
   void demandOfPairs(const Certificate& found, Relaxation& relaxation);
@@ -65,6 +67,8 @@ double clearanceCorrection(double gap, double required, double extra);
 
 /// Cells (ids) without which none of the others fails: all misplaced and self-intersecting ones, and of each
 /// pair the cell that fails in more pairs, but no fixed one.
-std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics);
+/// @param known cells that fail, of which nothing more is to be found
+std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics,
+                                    std::set<std::int64_t> known = {});
 
 }  // namespace packmesh

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file When a run stops: at a time limit, or on request.
+/// @file What all attempts of a run share: when it stops, at a time limit or on request, and where cells can
+/// be.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <limits>
 
 #include "packMesh/packing/packing_problem.h"
+#include "packMesh/placement/accessible_space.h"
 
 namespace packmesh {
 
@@ -19,7 +21,8 @@ class RunControl {
       : problem_(problem),
         start_(now()),
         end_(limited() ? problem.execution.limits.maxSeconds : unlimited),
-        spare_(std::max(leastSpare, sparePerCell * static_cast<double>(problem.physics.cellCount()))) {}
+        spare_(std::max(leastSpare, sparePerCell * static_cast<double>(problem.physics.cellCount()))),
+        spaces_(problem.physics, problem.execution.threads) {}
   RunControl(const RunControl&) = delete;
   RunControl& operator=(const RunControl&) = delete;
 
@@ -49,6 +52,9 @@ class RunControl {
   /// Whether one of them found that the caller requests a stop.
   bool interrupted() const { return interrupted_; }
 
+  /// Of all attempts of the run: their cells differ in number only.
+  AccessibleSpaces& spaces() { return spaces_; }
+
   std::function<void()> atPolls;  ///< called by stopped(); empty: nothing
 
  private:
@@ -74,6 +80,7 @@ class RunControl {
   double start_, end_;  ///< by the clock; in elapsed() [s]
   double spare_;        ///< [s]
   bool interrupted_ = false;
+  AccessibleSpaces spaces_;
 };
 
 }  // namespace packmesh

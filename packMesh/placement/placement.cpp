@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "packMesh/core/random.h"
+#include "packMesh/placement/accessible_space.h"
 
 namespace packmesh {
 namespace {
@@ -14,6 +15,13 @@ namespace {
 /// Number of tries per cell; if all fail (a lumen that fills a tiny part of its bounds), the best one is
 /// used.
 constexpr std::uint32_t tries = 2000;
+
+/// A space that is less than this share of its bounds is drawn from at once.
+constexpr double sparse = 0.2;
+
+/// Poses that are drawn from the accessible space until one does not meet the wall: only thin plates are
+/// overlooked.
+constexpr std::uint32_t drawn = 12;
 
 /// Cells between two polls: a fraction of a second even if all tries fail.
 constexpr std::int64_t betweenPolls = 100;
@@ -58,12 +66,19 @@ Vec3 evenPoint(const std::array<double, 4>& begin, std::uint64_t n, const Vec3& 
   return point;
 }
 
+double evenShare(double begin, std::uint64_t n) {
+  constexpr double golden = 0.618033988749894848;
+  const double share = begin + golden * static_cast<double>(n);
+  return share - std::floor(share);
+}
+
 Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, double v, double w) {
   return cone ? withinCone(*cone, u, v, w) : uniformRotation(u, v, w);
 }
 
 std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
-                                int shapeNumber, std::int64_t firstId, std::int64_t count) {
+                                int shapeNumber, std::int64_t firstId, std::int64_t count,
+                                const AccessibleSpace* space) {
   std::vector<Pose> poses(count);
   const Shape& shape = *physics.shapes[shapeNumber];
   const Wall* wall = physics.wallOf(species);
@@ -71,9 +86,31 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
   const Region* region = freedom.region.get();
   const Box room = region ? region->bounds() : physics.container->bounds();
   const double wanted = shape.bound().semiAxes.minCoeff();
+  const auto meetsWall = [&](const Pose& pose) {
+    return wall->examine({shape.hierarchy(), pose.placement()}, 0.0).violation.has_value();
+  };
+  const bool inBounds = space && space->volume() > sparse * room.volume();
+  const auto placeWithin = [&](std::uint64_t id, Pose& pose) {
+    const auto u = uniform4(physics.seed, RandomStream::orientation, id, 0);
+    const Quaternion wish =
+        physics.rotate ? randomOrientation(freedom.cone, u[0], u[1], u[2]) : Quaternion::Identity();
+    for (std::uint32_t attempt = inBounds ? 0 : evenTries; attempt < evenTries; ++attempt) {
+      const auto fit = space->fitting(centre(room, shape.volume(), physics.seed, id, attempt), wish);
+      if (!fit) continue;
+      pose = *fit;
+      if (!meetsWall(pose)) return;
+    }
+    for (std::uint32_t attempt = evenTries; attempt < evenTries + drawn; ++attempt) {
+      const auto begin = uniform4(physics.seed, RandomStream::begin, 1, attempt);
+      pose = space->pose(evenShare(begin[0], id), uniform4(physics.seed, RandomStream::position, id, attempt),
+                         wish);
+      if (!meetsWall(pose)) return;
+    }
+  };
   const auto place = [&](std::int64_t i) {
     const std::uint64_t id = firstId + i;
     Pose& pose = poses[i];
+    if (space) return placeWithin(id, pose);
     double best = -std::numeric_limits<double>::infinity();
     for (std::uint32_t attempt = 0; attempt < tries && best < wanted; ++attempt) {
       const Vec3 p = centre(room, shape.volume(), physics.seed, id, attempt);

@@ -13,11 +13,16 @@
 
 namespace packmesh {
 
+class AccessibleSpace;
+
 /// Point n of the unit cube: frac(begin + n (1/g, 1/g², 1/g³)) with g⁴ = g + 1, for which any number of
 /// successive points is evenly spread (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
 /// sequences"), plus an offset.
 /// @param begin four uniform numbers, of which three are used
 Vec3 evenPoint(const std::array<double, 4>& begin, std::uint64_t n, const Vec3& offset = Vec3::Zero());
+
+/// Number n of [0, 1): successive ones are evenly spread (golden ratio).
+double evenShare(double begin, std::uint64_t n);
 
 /// Largest random displacement of such points along each axis, so that seeds differ in more than the
 /// beginning of the sequence [cube root of the cell's volume].
@@ -34,7 +39,9 @@ Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, doub
 /// the remaining cells have default poses.
 /// @param shape of the cells
 /// @param firstId of `count` cells: numbers over all species
+/// @param space of the species: cells start where they do not meet the wall; nullptr: anywhere in the lumen
 std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species, int shape,
-                                std::int64_t firstId, std::int64_t count);
+                                std::int64_t firstId, std::int64_t count,
+                                const AccessibleSpace* space = nullptr);
 
 }  // namespace packmesh

@@ -25,6 +25,9 @@ struct Limits {
   /// If not feasible: whether to search for the densest packing of fewer cells. Otherwise pack() only reports
   /// that it did not succeed.
   bool fewerCells = true;
+  /// If all cells but a few (one of twenty) keep the clearances: whether these few may keep less
+  /// (Certificate::closer).
+  bool someCloser = false;
 };
 
 /// Progress that pack() reports.

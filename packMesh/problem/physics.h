@@ -151,6 +151,8 @@ struct Physics {
   double wallClearanceOf(int s) const { return wallClearance + species[s].freedom.extraWallClearance; }
   /// The largest length of the shapes of the species: `&Shape::radius` or `&Shape::reach` [µm].
   double largest(double (Shape::*length)() const) const;
+  /// Contains all cells while they are moved: samples of distances are for this region [µm].
+  Box surroundings() const { return container->surroundings(3.0 * largest(&Shape::radius)); }
   /// A cell as it will be written if it is of full size.
   Placement placement(const Pose& pose) const {
     return written && pose.scale == 1.0 ? written(pose) : pose.placement();

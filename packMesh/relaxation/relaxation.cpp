@@ -61,9 +61,7 @@ ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>
   const double reference = median != nullptr ? median->volume() : 1.0;
   for (const auto& shape : physics.shapes) shapes.emplace_back(*shape, reference);
   for (const Species& one : physics.species) species.push_back({physics.wallOf(one), one.freedom});
-  // Between two rebuilds of the lists, no point of a cell leaves the bounds by more than this.
-  ContactSolver solver(std::move(shapes), std::move(species),
-                       physics.container->bounds().grownBy(3.0 * physics.largest(&Shape::radius)),
+  ContactSolver solver(std::move(shapes), std::move(species), physics.surroundings(),
                        physics.container->period(), physics.clearance + tolerance::relaxationMargin,
                        physics.wallClearance + tolerance::relaxationMargin);
   solver.setMobile(physics.rotate);

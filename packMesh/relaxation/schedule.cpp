@@ -180,6 +180,10 @@ bool relax(Relaxation& relaxation, const ScheduleLimits& limits, SchedulePositio
       return true;
     if (at.sweep < sweeps) continue;  // this part is complete
     if (compacting && !isTooDeepToCalibrate(relaxation)) return true;
+    if (limits.unresolved && limits.unresolved()) {
+      at = {};
+      return false;
+    }
     if (jammed(relaxation, at.part)) return false;
     at = {at.part + 1, 0};
   }

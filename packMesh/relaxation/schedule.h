@@ -17,9 +17,12 @@ struct SchedulePosition {
 
 /// Limits of a schedule, and its callbacks.
 struct ScheduleLimits {
-  std::int64_t maxSweeps = 0;                   ///< total of the Relaxation
-  std::int64_t sweepsForFew = 0;                ///< added to it if few contacts are left then (0.05 per cell)
-  std::function<bool()> stop;                   ///< polled before every sweep
+  std::int64_t maxSweeps = 0;     ///< total of the Relaxation
+  std::int64_t sweepsForFew = 0;  ///< added to it if few contacts are left then (0.05 per cell)
+  std::function<bool()> stop;     ///< polled before every sweep
+  /// Called at the end of a part that has not resolved all; true ends relax() at the beginning of its first
+  /// part.
+  std::function<bool()> unresolved;
   std::function<void()> anew;                   ///< called before sweeps that begin with a rebuild
   std::function<void(const char* stage)> tell;  ///< called after every sweep
 };

@@ -7,9 +7,6 @@
 namespace packmesh {
 namespace {
 
-/// Approximate spacing of the coarse samples [µm]: a multiple of the fine one, at least twice it.
-constexpr double coarseSpacing = 1.0;
-
 /// Interpolated distances to an edge or corner, the sharpest feature of a wall, are too large by at most this
 /// [spacings] (measured); to smoother walls by less.
 constexpr double interpolationExcess = 0.26;
@@ -52,10 +49,8 @@ WallForm formOf(const ClosedFormWall& wall, const Vec3& center) {
 
 WallField::WallField(const Wall& wall, const Box& region) : form_(wall.closedForm()) {
   if (form_) return;
-  const double fine = wall.samplingSpacing();
-  const double coarse = fine * std::max(2.0, std::round(coarseSpacing / fine));
-  sampled_.emplace(wall, region, fine, coarse);
-  slack_ = wall.slack() + interpolationExcess * coarse;
+  sampled_.emplace(Sampled{wall.coarselySampled(region), wall.sampled(region)});
+  slack_ = wall.slack() + interpolationExcess * sampled_->coarse.spacing();
 }
 
 double WallField::distance(const Vec3& p) const {

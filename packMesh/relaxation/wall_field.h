@@ -29,9 +29,7 @@ class WallField {
 
  private:
   struct Sampled {
-    SampledDistance coarse, fine;
-    Sampled(const Wall& wall, const Box& region, double spacing, double coarseSpacing)
-        : coarse(wall, region, coarseSpacing), fine(wall, region, spacing) {}
+    const SampledDistance &coarse, &fine;
   };
 
   std::optional<ClosedFormWall> form_;

@@ -201,4 +201,20 @@ SamplePoints sampleCoarsely(const TriangleMesh& mesh) {
   return clustered(std::move(chosen));
 }
 
+std::vector<Vec3> spreadPoints(const TriangleMesh& mesh, int count) {
+  const std::vector<Vec3>& all = mesh.vertices;
+  std::vector<double> distance(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) distance[i] = all[i].squaredNorm();
+  std::vector<Vec3> points;
+  while (int(points.size()) < std::min<int>(count, int(all.size()))) {
+    const auto next = std::max_element(distance.begin(), distance.end()) - distance.begin();
+    points.push_back(all[next]);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double toNext = (all[i] - points.back()).squaredNorm();
+      distance[i] = points.size() == 1 ? toNext : std::min(distance[i], toNext);
+    }
+  }
+  return points;
+}
+
 }  // namespace packmesh

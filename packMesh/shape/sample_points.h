@@ -26,4 +26,7 @@ SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing);
 /// About every fourth vertex, evenly spread: sufficient to separate cells that overlap deeply.
 SamplePoints sampleCoarsely(const TriangleMesh& mesh);
 
+/// Up to `count` vertices, each the farthest one from those before it; the first is farthest from the origin.
+std::vector<Vec3> spreadPoints(const TriangleMesh& mesh, int count);
+
 }  // namespace packmesh

@@ -55,6 +55,7 @@ class Certificate(ByValue):
     """The exact test of all cells, on the numbers that .pos files have.
 
     self_intersecting: cells with meshes of their own that intersect themselves
+    closer: number of cells that keep less than the clearances that all others keep
 
     Gaps [µm] are measured up to `gaps_measured_up_to`, those to the wall up to `wall_gaps_measured_up_to`: 1 µm, or 1.5 times the
     clearance if that is more. Infinite: there is no smaller one. Cells are numbered over all species, from 0.
@@ -67,6 +68,7 @@ class Certificate(ByValue):
     misplaced: List[Misplaced]
     self_intersecting: List[int]
     more_overlaps: bool
+    closer: int
     minimum_gap: float
     minimum_wall_gap: float
     gaps_measured_up_to: float

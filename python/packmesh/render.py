@@ -4,7 +4,7 @@
     packmesh render [what] [picture.png] [width height] [options]
 
 what is one of
-  a folder      with the files of packMesh --vtp (default: the current one)
+  a folder      with the files of packMesh --vtp (default: the current one, also if only the picture is named)
   config.xml    the .pos files of a HemoCell case, as packMesh check config.xml --vtp would write them
   cells.h5      a state file (packMesh --state)
   cells.vtp     what catCells --vtp wrote
@@ -214,6 +214,8 @@ def main(arguments=None):
         print(__doc__)
         return
     words, options = parse(arguments)
+    if words and words[0].endswith(".png"):
+        words.insert(0, ".")
     if len(words) > 4:
         fail(f"expected at most four words, found '{words[4]}'; --help lists them")
     told = declarations(options)

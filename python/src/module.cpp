@@ -71,6 +71,7 @@ py::dict certificateOf(const Certificate& certificate) {
   all["misplaced"] = misplaced;
   all["self_intersecting"] = selfIntersecting;
   all["more_overlaps"] = certificate.moreOverlaps;
+  all["closer"] = certificate.closer;
   all["minimum_gap"] = certificate.minimumGap;
   all["minimum_wall_gap"] = certificate.minimumWallGap;
   all["gaps_measured_up_to"] = certificate.gapsMeasuredUpTo;

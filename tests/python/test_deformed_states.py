@@ -256,7 +256,9 @@ def test_hematocrit_of_some_membranes(state, program):
                                "--output-dir", ".", folder=f"blood{len(words)}")
         assert "Certificate: clean" in text
         reached = float(re.search(r"Hematocrit ([\d.]+) of the lumen by mesh volume", text).group(1))
-        assert abs(reached - asked) < 0.6 * one / (np.pi * 81 * 60)
+        # With a profile, the numbers in the shells follow from the mean volume; which of the cells are drawn is random: three deviations.
+        tolerance = 0.5 * (one - 0.6 * one) * 3 * np.sqrt(asked * np.pi * 81 * 60 / one) if words else 0.6 * one
+        assert abs(reached - asked) < tolerance / (np.pi * 81 * 60)
         if words:
             assert f"hematocrit {asked:.3g}" in text or f"{asked:.2f}" in text
 

@@ -59,7 +59,7 @@ CELLS = dict(BOX, hematocrit=0.2)
 PROFILED = dict(cylinder=("x", 8, 20), hematocrit=0.2)
 #: What is told, with the names of Python's arguments, and for which ones.
 WORDED = {
-    "hematocrit: expected a number in (0, 1) [fraction], found '2'": dict(BOX, hematocrit=2),
+    "hematocrit: expected a number in [0, 1) [fraction], found '2'": dict(BOX, hematocrit=2),
     'how many cells? Give hematocrit=h or counts such as species={"RBC": n}, or the same in <packing>': BOX,
     "box=(x, y, z) excludes cylinder, sphere and vessel": dict(CELLS, sphere=5),
     "cell 'XYZ' is unknown: give it axes (Species(ellipsoid)) or a mesh (Species(mesh))": dict(BOX, species={"XYZ": Species(count=3)}),

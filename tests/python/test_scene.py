@@ -134,6 +134,13 @@ def test_pictures_say_what_colours_mean(program, tmp_path):
             assert np.allclose(found, expected, atol=4), found
 
 
+def test_a_picture_alone_is_one_of_the_current_folder(program, monkeypatch):
+    folder, _ = program(*"14 14 14 --rbc 2 --vtp".split())
+    monkeypatch.chdir(folder)
+    render.main(["picture.png", "60", "40", "--quality", "draft"])
+    assert matplotlib.image.imread("picture.png").shape[:2] == (40, 60)
+
+
 def test_scenes_without_cells_can_be_rendered(tmp_path):
     assert reds(picture(tmp_path, [], lumen((20, 20, 20), True), "ClipAxis=2")) == 0
 

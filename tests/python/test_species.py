@@ -53,8 +53,8 @@ def test_period(packing, tmp_path):
 
 
 def certificate_of(packing):
-    """The volume is summed in another order when the test is repeated."""
-    return dataclasses.replace(packing.certificate, cell_volume=round(packing.certificate.cell_volume, 9))
+    """The volume is summed in another order when the test is repeated, and pairs are tested up to the gap that is required then."""
+    return dataclasses.replace(packing.certificate, cell_volume=round(packing.certificate.cell_volume, 9), pairs_tested=0)
 
 
 def require_same(one, other):

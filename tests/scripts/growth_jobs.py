@@ -275,7 +275,7 @@ def vessels(j):
     j.check("--sphere 9")
     j.pack("--vessel tube.stl 1 --open-axis x --ends periodic --hematocrit 0.25 --plt_ratio 0.2")
     j.check("--vessel tube.stl 1 --open-axis x --ends periodic")
-    j.pack("--vessel sickle_large.stl 1 --rbc 4")
+    j.pack("--vessel sickle_large.stl 1 --rbc 4 --plt 1")
     j.check("--vessel sickle_large.stl 1")
 
 

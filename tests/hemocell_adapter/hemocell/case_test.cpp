@@ -142,7 +142,7 @@ TEST_CASE("Every error in config.xml is reported with its position", "[case]") {
            {configXml("<dx>5e-7</dx><nx>-10</nx><ny>10</ny><nz>10</nz>"), "found '-10'"},
            {packing("<hematokrit>0.4</hematokrit>"),
             "config.xml:6: <hematokrit>: unknown tag in <packing>; did you mean 'hematocrit'?"},
-           {packing("<hematocrit>40</hematocrit>"), "<hematocrit>: expected a number in (0, 1)"},
+           {packing("<hematocrit>40</hematocrit>"), "<hematocrit>: expected a number in [0, 1)"},
            {packing("<hematocrit>0,4</hematocrit>"), "found '0,4'"},
            {packing("<seed>-1</seed>"), "<seed>: expected a whole number"},
            {packing("<ends>perodic</ends>"), "did you mean 'periodic'?"},

@@ -349,7 +349,7 @@ case $test in
     grep -q "no cell type 'XYZ'; it has RBC and PLT" said.txt
     # Members of PackingOptions, and options in `more`, are named as such.
     if case_on 1 pipe 1 1 1 member hematocrit 2 > said.txt 2>&1; then fail "accepted"; fi
-    grep -q '(Error) PackingOptions::hematocrit: expected a number in (0, 1)' said.txt
+    grep -q '(Error) PackingOptions::hematocrit: expected a number in \[0, 1)' said.txt
     if case_on 1 pipe 1 1 1 --count RBC -3 > said.txt 2>&1; then fail "accepted"; fi
     grep -q '(Error) PackingOptions::counts\["RBC"\]: expected a whole number' said.txt
     if case_on 1 pipe 1 1 1 --max-time -1 > said.txt 2>&1; then fail "accepted"; fi

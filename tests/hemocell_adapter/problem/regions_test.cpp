@@ -91,6 +91,24 @@ TEST_CASE("A region too small for its hematocrit is rejected or gives a warning"
   CHECK(packed("0.2", "0.12", "7").err.empty());
 }
 
+TEST_CASE("With a hematocrit of 0, cells are in regions alone", "[executable]") {
+  SampleCase folder;
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain,
+                      "<packing><species name=\"RBC\"/><hematocrit>0</hematocrit><region "
+                      "hematocrit=\"0.2\"><sphere center=\"6 8 8\" radius=\"6\"/></region></packing>"));
+  const Ran ran = run(folder.path(), "config.xml");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(ran.err, !Contains("outside the regions"));
+  const std::vector<PosLine> lines = readPos(folder.path() / "RBC.pos");
+  CHECK(lines.size() >= 1);
+  for (const PosLine& line : lines) CHECK(line.position.x() < 12.1);
+  const Ran none = run(folder.path(), "20 20 20 --hematocrit 0");
+  CHECK(none.exitCode == 2);
+  CHECK_THAT(none.err, Contains("asks for no red cells; it is meant for a lumen with regions"));
+}
+
 TEST_CASE("Invalid constraints are rejected", "[executable]") {
   const SampleCase folder;
   const auto refused = [&](const std::string& packing, const std::string& arguments = "") {

@@ -114,7 +114,7 @@ TEST_CASE("Errors of the command line suggest a correction", "[command_line]") {
            {"50 50 50 -j", "unknown option '-j'"},
            {"50 50 50 --hematocrit", "needs a value (--hematocrit h)"},
            {"50 50 50 --hematocrit --rbc 3", "needs a value"},
-           {"50 50 50 --hematocrit 30", "expected a number in (0, 1) [fraction], found '30'"},
+           {"50 50 50 --hematocrit 30", "expected a number in [0, 1) [fraction], found '30'"},
            {"50 50 50 --hematocrit -0.3", "found '-0.3'"},
            {"50 50 50 --hematocrit nan", "found 'nan'"},
            {"50 50 50 --rbc -5", "expected a whole number in [0, 100000000] [cells], found '-5'"},

@@ -127,7 +127,7 @@ TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometr
 
   // Two triangles that meet in a vertex.
   TriangleMesh open;
-  open.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  open.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 1}};
   open.triangles = {{0, 1, 2}, {0, 3, 4}};
   CHECK_THAT(refusalToClose(open), Contains("several openings meet at (0, 0, 0)"));
 }

@@ -174,6 +174,33 @@ TEST_CASE("readMesh keeps collapsed, duplicate and non-manifold faces", "[io]") 
   REQUIRE(readMesh(folder.path() / "b.stl").triangles.size() == 6);
 }
 
+TEST_CASE("readMesh reads what other readers read, and says what is odd", "[io]") {
+  const Folder folder;
+  const auto notesOf = [&](const std::filesystem::path& file, std::size_t triangles) {
+    std::vector<std::string> notes;
+    CHECK(readMesh(file, &notes).triangles.size() == triangles);
+    return notes.empty() ? std::string() : notes.at(0);
+  };
+  const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Ones());
+  test::writeMesh(folder.path() / "a.stl", mesh);
+  std::ifstream in(folder.path() / "a.stl");
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  CHECK(notesOf(folder.write("b.stl", text + text), 24).empty());  // two solids
+  const std::string whole = text.substr(0, text.rfind("endsolid"));
+  CHECK_THAT(notesOf(folder.write("c.stl", whole), 12), Contains("c.stl: a solid has no 'endsolid'"));
+  CHECK_THAT(notesOf(folder.write("d.stl", whole + whole), 24), Contains("'endsolid'"));
+  CHECK_THAT(messageOf(folder.write("e.stl", whole.substr(0, whole.rfind("endloop")))),
+             Contains("expected 'endloop'"));
+  CHECK_THAT(notesOf(folder.write("f.stl", binaryStl(mesh, "solid") + "abc"), 12),
+             Contains("ignored 3 bytes"));
+  CHECK_THAT(
+      messageOf(folder.write("g.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 9\n")),
+      Contains("git lfs pull"));
+  CHECK_THAT(messageOf(folder.write("h.off", "OFF\n3 1 0\n0,5 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
+             Contains("decimal point"));
+  CHECK_THAT(messageOf(folder.write("vein.vtp", "<VTKFile/>")), Contains("meshio convert vein.vtp vein.stl"));
+}
+
 TEST_CASE("readMesh merges equal vertices in the order of their first occurrence", "[io]") {
   const Folder folder;
   const TriangleMesh mesh =
@@ -330,7 +357,7 @@ TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   const std::string stl =
       "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
       "0\nendloop\nendfacet\n";
-  CHECK_THAT(messageOf(folder.write("t1.stl", stl)), Contains("'facet' or 'endsolid'"));
+  CHECK_THAT(messageOf(folder.write("t1.stl", stl + "vertex 0 0 0\n")), Contains("'facet' or 'endsolid'"));
   CHECK_THAT(messageOf(folder.write("t2.stl", stl.substr(0, 75))), Contains("expected"));
   CHECK_THAT(messageOf(folder.write("t3.stl", "solid x\nendsolid x\n")), Contains("found none"));
   CHECK_THAT(messageOf(folder.write("n.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 inf 0\n")),

@@ -73,9 +73,10 @@ TEST_CASE("Distances of blocks equal those of their points", "[geometry]") {
             REQUIRE(exact[index] == Approx(expected).margin(5e-5));
             if (bound[index] != exact[index]) {
               ++rough;
-              REQUIRE(expected < 0.0);
-              REQUIRE(bound[index] >= expected - 5e-5);
-              REQUIRE(bound[index] <= 0.6 * expected + 5e-5);
+              REQUIRE((bound[index] < 0.0) == (expected < 0.0));
+              REQUIRE(std::abs(bound[index]) <= std::abs(expected) + 5e-5);
+              REQUIRE(std::abs(bound[index]) >=
+                      (expected < 0.0 ? 0.6 : 1.0 / 1.01) * std::abs(expected) - 5e-5);
             }
             ++(expected < 0.0 ? inside : outside);
             ++index;

@@ -7,6 +7,8 @@
 
 #include "packMesh/container/primitives.h"
 #include "tests/support/packings.h"
+#include "tests/support/physics.h"
+#include "tests/support/vessels.h"
 #if PACKMESH_CAT
 #include "tests/support/cat.h"
 #endif
@@ -99,6 +101,20 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 8.0), 0.0, 6);
     requireSameOnAllRanks(problem);
   }
+}
+
+TEST_CASE("Cells that are relocated are the same on any number of ranks", "[mpi]") {
+  PackingProblem problem;
+  problem.physics = test::physicsOf({test::redCellShape()}, test::twoChambers());
+  problem.physics.species[0].count = 6;
+  for (int i = 0; i < 6; ++i)
+    problem.physics.species[0].start.push_back({1.0, Quaternion::Identity(), Vec3(7.0, 0.4 * i - 1.0, 0.0)});
+  int left = 0;
+  requireSameOnAllRanks(problem, [&](const PackingResult& result) {
+    REQUIRE(result.outcome == Outcome::certified);
+    for (const Pose& pose : result.poses) left += pose.position.x() < 0.0;
+  });
+  if (Communicator::world().alone()) REQUIRE(left > 0);
 }
 
 TEST_CASE("The densest packing of an infeasible request is the same on any number of ranks", "[mpi]") {

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Where in a lumen a cell can be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "packMesh/core/pose.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
+
+namespace packmesh {
+
+class CellFit;
+
+/// Where the centre of a cell of full size can be with some orientation, alone in the lumen: a sparse set of
+/// boxes, large in the middle of wide parts, where a cell fits in any orientation, and small elsewhere, where
+/// some dozen orientations are tried with points of its surface and interpolated distances. It depends on the
+/// physics alone. Immutable; threads can share it.
+class AccessibleSpace {
+ public:
+  /// A box of the space [µm].
+  struct Part {
+    Vec3 centre;
+    Eigen::Vector3f half;      ///< of its edges
+    std::int16_t orientation;  ///< one in which the cell fits at the centre; -1: any
+
+    double volume() const { return 8.0 * half.cast<double>().prod(); }  ///< [µm³]
+  };
+
+  /// Within the freedom of the species, that is, its region, cone, cell-free layer and clearance of its own.
+  /// References `physics`, which must outlive it. Pre: the species has a wall
+  AccessibleSpace(const Physics& physics, int species, const Threads& threads);
+  /// Where points of a lumen are. Pre: it has a wall, and outlives this
+  AccessibleSpace(const Container& container, const Threads& threads);
+  ~AccessibleSpace();
+
+  /// Successive parts are near each other.
+  const std::vector<Part>& parts() const { return parts_; }
+  /// Whether the parts are as small as they should be; false: the lumen is too large, and the space of no
+  /// use.
+  bool complete() const { return complete_; }
+  double volume() const { return ends_.empty() ? 0.0 : ends_.back(); }  ///< [µm³]
+
+  /// The volumes of its connected components over its own, descending. Boxes with a common face are
+  /// connected.
+  std::vector<double> apart() const;
+
+  /// A cell that fits with this centre, in this orientation or one of those tried; empty: none.
+  std::optional<Pose> fitting(const Vec3& centre, const Quaternion& wanted) const;
+
+  /// A pose of a cell that fits: its centre uniform over the space for a uniform number `at`, and near others
+  /// for similar ones; its orientation as given where that fits. Pre: volume() > 0
+  /// @param within three uniform numbers, for the place within a part
+  Pose pose(double at, const std::array<double, 4>& within, const Quaternion& wanted) const;
+
+ private:
+  void find(const Box& room, const Threads& threads);
+
+  std::unique_ptr<const CellFit> fit_;
+  std::vector<Part> parts_;
+  bool complete_ = true;
+  std::vector<double> ends_;  ///< sums of their volumes [µm³]
+};
+
+/// The spaces of the species of a problem, each made when it is first needed.
+class AccessibleSpaces {
+ public:
+  /// References `physics`, which must outlive it.
+  AccessibleSpaces(const Physics& physics, const Threads& threads);
+
+  /// nullptr: the species has no wall, or one in closed form, or has no space at all, or too large a one. Not
+  /// from within a loop of threads.
+  const AccessibleSpace* of(int species);
+
+ private:
+  const Physics& physics_;
+  Threads threads_;
+  std::vector<std::unique_ptr<const AccessibleSpace>> made_;
+};
+
+}  // namespace packmesh

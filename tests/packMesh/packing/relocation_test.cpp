@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/relocation.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/container/body_region.h"
+#include "packMesh/packing/pack.h"
+#include "tests/support/packings.h"
+#include "tests/support/physics.h"
+#include "tests/support/vessels.h"
+
+using namespace packmesh;
+
+namespace {
+
+/// Red cells that all begin in one of two chambers, which holds half of them.
+PackingProblem crowded(std::int64_t count) {
+  PackingProblem problem;
+  problem.physics = test::physicsOf({test::redCellShape()}, test::twoChambers());
+  problem.physics.species[0].count = count;
+  for (std::int64_t i = 0; i < count; ++i)
+    problem.physics.species[0].start.push_back(
+        {1.0, Quaternion::Identity(), Vec3(7.0, 0.4 * double(i) - 1.0, 0.0)});
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("A cell is put where there is most room", "[relocation]") {
+  Physics physics = test::physicsOf({test::redCellShape()}, test::periodicCube(24.0));
+  physics.species[0].count = 9;
+  // Eight cells around all places but one.
+  std::vector<BodyState> cells;
+  const Vec3 free(18.0, 18.0, 18.0);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 at = 12.0 * Vec3(i & 1, i >> 1 & 1, i >> 2 & 1) + Vec3::Constant(6.0);
+    if (at != free) cells.push_back(stateOf(i, 0, 0, {1.0, Quaternion::Identity(), at}));
+  }
+  cells.push_back(stateOf(8, 0, 0, {1.0, Quaternion::Identity(), Vec3(6.0, 6.5, 6.0)}));
+  const std::vector<BodyState> before = cells;
+  AccessibleSpaces spaces(physics, {});
+  CHECK(relocate(physics, {}, spaces, 5, {8}, cells) == std::set<std::int64_t>{8});
+  for (std::size_t i = 0; i + 1 < cells.size(); ++i) CHECK(cells[i].position == before[i].position);
+  CHECK(cells.back().id == 8);
+  CHECK((cells.back().position - free).norm() < 6.0);
+  std::vector<BodyState> again = before, later = before;
+  relocate(physics, {}, spaces, 5, {8}, again);
+  CHECK(again.back().position == cells.back().position);
+  relocate(physics, {}, spaces, 6, {8}, later);
+  CHECK_FALSE(later.back().position == cells.back().position);
+}
+
+TEST_CASE("Where there is no room, no cell is put", "[relocation]") {
+  Physics physics = test::physicsOf({test::redCellShape()}, makeSphere(Vec3::Zero(), 3.0));
+  physics.species[0].count = 1;
+  std::vector<BodyState> cells = {stateOf(0, 0, 0, {1.0, Quaternion::Identity(), Vec3::Zero()})};
+  AccessibleSpaces spaces(physics, {});
+  CHECK(relocate(physics, {}, spaces, 1, {0}, cells).empty());
+  CHECK(cells.back().position == Vec3::Zero());
+}
+
+TEST_CASE("Cells that all begin in one chamber are packed in both", "[relocation]") {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    PackingProblem problem = crowded(6);
+    problem.physics.seed = seed;
+    const PackingResult result = pack(problem);
+    CAPTURE(seed);
+    CHECK(result.outcome == Outcome::certified);
+    CHECK(result.certificate.clean());
+    int left = 0;
+    for (const Pose& pose : result.poses) left += pose.position.x() < 0.0;
+    CHECK(left >= 2);
+  }
+}
+
+TEST_CASE("One cell more among many fixed ones is tried in the largest rooms", "[relocation]") {
+  PackingProblem problem = test::redCellProblem(test::periodicCube(26.0), 0.40);
+  const PackingResult first = pack(problem);
+  REQUIRE(first.outcome == Outcome::certified);
+  std::vector<Pose> fixed = first.poses;
+  // Every cell in turn is the free one: there is room where it was.
+  for (const std::size_t left : {std::size_t(0), fixed.size() / 2}) {
+    PackingProblem last = problem;
+    Species still = problem.physics.species[0], free = still;
+    still.start = fixed;
+    still.start.erase(still.start.begin() + std::ptrdiff_t(left));
+    still.count = std::int64_t(still.start.size());
+    still.freedom.fixed = true;
+    free.count = 1;
+    last.physics.species = {still, free};
+    last.execution.limits.fewerCells = false;
+    CHECK(pack(last).outcome == Outcome::certified);
+  }
+}
+
+TEST_CASE("A few cells may keep less than the clearances where that is permitted", "[relocation]") {
+  // A wide chamber, and one in which a cell fits, but not with the clearance.
+  const auto radius = [](double x) {
+    const double wide = 144.0 - x * x, narrow = 4.8 * 4.8 - (x - 16.0) * (x - 16.0);
+    return std::sqrt(std::max({0.64, wide, narrow}));
+  };
+  PackingProblem problem;
+  problem.physics = test::physicsOf(
+      {test::redCellShape()},
+      makeVessel(sample::tube(
+                     -11.5, 20.0, 120, 48, [](double) { return Vec3::Zero().eval(); }, radius),
+                 {}, 0.25));
+  problem.physics.species[0].count = 20;
+  Species alone = problem.physics.species[0];
+  alone.count = 1;
+  alone.start = {{1.0, Quaternion::Identity(), Vec3(16.0, 0.0, 0.0)}};
+  const Box bounds = problem.physics.container->bounds();
+  alone.freedom.region =
+      std::make_shared<BodyRegion>(makeBox({Vec3(15, -5, -5), Vec3(17, 5, 5)}, {false, false, false}),
+                                   std::vector<std::shared_ptr<const Container>>(), bounds, Vec3::Zero());
+  problem.physics.species.push_back(alone);
+  problem.physics.wallClearance = 1.2;
+  problem.execution.limits.maxSweeps = 600;
+  problem.execution.limits.fewerCells = false;
+  CHECK(pack(problem).outcome == Outcome::outOfReach);
+  problem.execution.limits.someCloser = true;
+  const PackingResult result = pack(problem);
+  CHECK(result.outcome == Outcome::certified);
+  CHECK(result.certificate.clean());
+  CHECK(result.certificate.closer == 1);
+  CHECK(result.certificate.minimumWallGap > 0.0);
+  CHECK(result.certificate.minimumWallGap < 1.2);
+}
