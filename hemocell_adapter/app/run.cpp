@@ -157,8 +157,7 @@ ExitCode tellForecast(const Problem& problem) {
   const ForecastText forecast = forecastText(problem, problem.ranks.size());
   for (const std::string& line : forecast.lines) log::info(line);
   log::info("A dry run: nothing was packed or written");
-  if (const auto seconds = forecastOf(problem).seconds)
-    log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
+  if (forecast.seconds) log::detail(fmt::format("Expected CPU time: {:.4g} s", *forecast.seconds));
   return forecast.impossible && !problem.request.bestEffort ? ExitCode::outOfReach : ExitCode::ok;
 }
 

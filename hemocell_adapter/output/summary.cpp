@@ -94,11 +94,11 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
   return lines;
 }
 
-/// ", by all but 3 cells, which keep less": of the clearances.
+/// "; 3 cells keep less, as the minimum gaps show": of the clearances.
 std::string closerText(const Certificate& certificate) {
   if (certificate.closer == 0) return {};
-  return fmt::format(", by all cells but {}, which keep{} less: the minimum gaps above", certificate.closer,
-                     certificate.closer == 1 ? "s" : "");
+  return fmt::format("; {} cell{} less, as the minimum gaps show", certificate.closer,
+                     certificate.closer == 1 ? " keeps" : "s keep");
 }
 
 }  // namespace

@@ -54,7 +54,11 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const P
     if (hi > 0.0 && hi - lo <= finest) return;
     Clearances wider = best.clearances;
     wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
-    auto result = packWith(wider, {sweeps, 0, timeLeft(), false, false});
+    AttemptLimits limits;
+    limits.maxSweeps = sweeps;
+    limits.maxSeconds = timeLeft();
+    limits.fewerCells = false;
+    auto result = packWith(wider, limits);
     if (result && result->outcome == Outcome::interrupted) {
       best.result = std::move(*result);
       return;
@@ -111,9 +115,15 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
     const double left =
         request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), leastSeconds) : 0.0;
     const bool chosen = levels.back().membranes == 0.0 && levels.back().wall == 0.0;  // none is asked for
-    const AttemptLimits limits =
-        last ? AttemptLimits{0, 0, left, false, true}
-             : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, chosen, false};
+    AttemptLimits limits;
+    limits.maxSeconds = left;
+    if (!last) {
+      limits.maxSweeps = cheapSweeps;
+      limits.sweepsForFew = sweepsForFew;
+      limits.maxSeconds = shareOfTime * left;
+      limits.someCloser = chosen;
+      limits.fewerCells = false;
+    }
     auto result = packWith(levels[i], limits);
     if (!result) continue;
     best = {std::move(*result), levels[i]};

@@ -91,6 +91,56 @@ std::string leftOut(const Problem& problem) {
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
+/// How much of the lumen all cells fill, and in how much of it they can be if that is less.
+std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
+  constexpr double worthTelling = 0.995;
+  std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
+                                  forecast.cells == 1 ? "" : "s", forecast.fraction);
+  if (forecast.effectiveFraction < 1.0)
+    cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
+  std::vector<std::string> lines = {cells};
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
+    if (species.count == 0) continue;
+    const Room& room = sample.room(int(s));
+    if (room.share < worthTelling) {
+      std::string line =
+          fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³", species.name, room.share, room.volume);
+      if (species.redCell && room.volume > 0.0)
+        line += fmt::format(", where their hematocrit is {:.3f}",
+                            double(species.count) * species.meanVolume / room.volume);
+      line += ": clearances, layers at the wall, HemoCell's rules and narrow places exclude the rest";
+      if (room.narrow)
+        line += fmt::format(
+            "; the widest place that they cannot enter is {:.1f} µm wide, near ({:.1f}, {:.1f}, {:.1f}) µm",
+            room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
+      lines.push_back(line);
+    }
+    if (room.apart.size() > 1)
+      lines.push_back(fmt::format(
+          "{}: the places that they can reach are {} parts, not connected, the largest with {:.3f} of them",
+          species.name, room.apart.size(), room.apart.front()));
+  }
+  return lines;
+}
+
+/// Why the cells cannot be packed by any method; nothing if this is not known.
+std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
+    if (species.count <= std::int64_t(species.fixed.size())) continue;
+    const double volume = double(species.count) * species.meanVolume;
+    if (volume > forecast.roomVolumes[s])
+      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
+                         volume);
+    if (!findsPlace(problem, int(s), sample.room(int(s))))
+      return fmt::format("not even one {} fits into the lumen", species.name);
+  }
+  return {};
+}
+
+}  // namespace
+
 Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   Forecast forecast;
   const double lumen = problem.lumen.container->volume();
@@ -127,60 +177,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   return forecast;
 }
 
-/// How much of the lumen all cells fill, and in how much of it they can be if that is less.
-std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
-  constexpr double worthTelling = 0.995;
-  std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
-                                  forecast.cells == 1 ? "" : "s", forecast.fraction);
-  if (forecast.effectiveFraction < 1.0)
-    cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
-  std::vector<std::string> lines = {cells};
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
-    if (forecast.roomShares[s] >= worthTelling) continue;
-    const CellSpecies& species = problem.species[s];
-    const Room& room = sample.room(int(s));
-    std::string line =
-        fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³", species.name, room.share, room.volume);
-    if (species.redCell && room.volume > 0.0)
-      line += fmt::format(", where their hematocrit is {:.3f}",
-                          double(species.count) * species.meanVolume / room.volume);
-    line += ": clearances, layers at the wall, HemoCell's rules and narrow places exclude the rest";
-    if (room.narrow)
-      line += fmt::format(
-          "; the widest place that they cannot enter is {:.1f} µm wide, near {:.1f} {:.1f} {:.1f} µm",
-          room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
-    if (room.apart.size() > 1)
-      line += fmt::format("; {} parts, between which they cannot pass, the largest with {:.3f} of it",
-                          room.apart.size(), room.apart.front());
-    lines.push_back(line);
-  }
-  return lines;
-}
-
-/// Why the cells cannot be packed by any method; nothing if this is not known.
-std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
-    const CellSpecies& species = problem.species[s];
-    if (species.count <= std::int64_t(species.fixed.size())) continue;
-    const double volume = double(species.count) * species.meanVolume;
-    if (volume > forecast.roomVolumes[s])
-      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
-                         volume);
-    if (!findsPlace(problem, int(s), sample.room(int(s))))
-      return fmt::format("not even one {} fits into the lumen", species.name);
-  }
-  return {};
-}
-
-}  // namespace
-
-Forecast forecastOf(const Problem& problem) {
-  LumenSample sample(problem);
-  return forecastOf(problem, sample);
-}
-
-std::string roomText(const Problem& problem, const Forecast& forecast) {
-  LumenSample sample(problem);
+std::string roomText(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast, sample), ". "));
 }
 
@@ -239,7 +236,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   if (problem.request.realisations > 1)
     lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
                                 problem.request.realisations));
-  return {std::move(lines), never.has_value()};
+  return {std::move(lines), never.has_value(), f.seconds};
 }
 
 }  // namespace packmesh::hemocell

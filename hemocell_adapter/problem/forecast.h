@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hemocell_adapter/problem/lumen_sample.h"
 #include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
@@ -30,15 +31,20 @@ struct Forecast {
 };
 
 /// Of the default method.
-Forecast forecastOf(const Problem& problem);
+Forecast forecastOf(const Problem& problem, LumenSample& sample);
+inline Forecast forecastOf(const Problem& problem) {
+  LumenSample sample(problem);
+  return forecastOf(problem, sample);
+}
 
 /// "The request: 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
-std::string roomText(const Problem& problem, const Forecast& forecast);
+std::string roomText(const Problem& problem, const Forecast& forecast, LumenSample& sample);
 
 /// What `--dry-run` prints.
 struct ForecastText {
   std::vector<std::string> lines;
-  bool impossible = false;  ///< no method can pack all cells
+  bool impossible = false;        ///< no method can pack all cells
+  std::optional<double> seconds;  ///< Forecast::seconds
 };
 ForecastText forecastText(const Problem& problem, int ranks);
 

@@ -2,7 +2,6 @@
 #include "hemocell_adapter/problem/lumen_sample.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "hemocell_adapter/problem/parts.h"
+#include "packMesh/core/grid_key.h"
 #include "packMesh/placement/placement.h"
 
 namespace packmesh::hemocell {
@@ -41,8 +41,8 @@ class Nearness {
   Nearness(const AccessibleSpace& space, double reach) : reach_(reach) {
     for (const AccessibleSpace::Part& part : space.parts()) {
       const Vec3 half = part.half.cast<double>();
-      const Cell lo = cellOf(part.centre - half - Vec3::Constant(reach)),
-                 hi = cellOf(part.centre + half + Vec3::Constant(reach));
+      const GridIndex lo = cellOf(part.centre - half - Vec3::Constant(reach)),
+                      hi = cellOf(part.centre + half + Vec3::Constant(reach));
       for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
         for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
           for (std::int64_t x = lo[0]; x <= hi[0]; ++x)
@@ -57,16 +57,7 @@ class Nearness {
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-  Cell cellOf(const Vec3& p) const {
-    Cell cell;
-    for (int k = 0; k < 3; ++k) cell[k] = std::int64_t(std::floor(p[k] / (2.0 * reach_)));
-    return cell;
-  }
-  static std::int64_t keyOf(const Cell& c) {
-    constexpr std::int64_t range = std::int64_t(1) << 21;
-    return (c[2] * range + c[1]) * range + c[0];
-  }
+  GridIndex cellOf(const Vec3& p) const { return gridIndex(p, Vec3::Constant(2.0 * reach_)); }
 
   double reach_;  ///< [µm]
   std::unordered_map<std::int64_t, std::vector<Box>> parts_;

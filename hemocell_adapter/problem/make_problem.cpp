@@ -222,8 +222,7 @@ void preparePacking(Problem& problem) {
         request.regions.front().body.where +
         ": regions require a hematocrit of the rest of the lumen; 0: red cells in regions alone");
   if (request.regions.empty() && request.hematocrit && *request.hematocrit == 0.0)
-    throw InputError(named("hematocrit", "0") +
-                     " asks for no red cells; it is meant for a lumen with regions");
+    throw InputError(named("hematocrit", "0") + " asks for no red cells; use it with regions");
   examineWall(problem);
   if (request.profile && !request.regions.empty())
     throw InputError(request.regions.front().body.where + ": regions and a profile (" + named("profile") +

@@ -46,13 +46,14 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
   const bool begun = done.effort() > 0;
   if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request, delivery);
-  const Forecast forecast = forecastOf(problem);
+  LumenSample sample(problem);
+  const Forecast forecast = forecastOf(problem, sample);
   return reachedText(problem, result, tally) + fixedText(problem, result) +
          (result.cellCount == 0
               ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? columnsInstead(problem) : "") + ". " +
-         roomText(problem, forecast);
+         roomText(problem, forecast, sample);
 }
 
 Counted counted(const Problem& problem, const PackingResult& result) {

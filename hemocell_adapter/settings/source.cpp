@@ -115,9 +115,7 @@ bool isState(const Source& source) {
 TriangleMesh meshFrom(const Source& source, std::vector<std::string>* notes) {
   if (!source.given) return readMesh(source.file, notes);
   TriangleMesh mesh = meshOf(*source.given, "vertices", "triangles");
-  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
-  for (Triangle& triangle : mesh.triangles)
-    for (int& corner : triangle) corner = number[corner];
+  mergeEqualVertices(mesh);
   return mesh;
 }
 

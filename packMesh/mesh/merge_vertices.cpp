@@ -67,6 +67,14 @@ std::vector<std::array<int, 3>> offsetsOfCubes() {
 
 }  // namespace
 
+std::size_t mergeEqualVertices(TriangleMesh& mesh) {
+  const std::size_t before = mesh.vertices.size();
+  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
+  for (Triangle& triangle : mesh.triangles)
+    for (int& corner : triangle) corner = number[corner];
+  return before - mesh.vertices.size();
+}
+
 std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double distance) {
   JoinedSets sets(vertices.size());
   std::vector<int> first(vertices.size());

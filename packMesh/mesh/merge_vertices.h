@@ -13,6 +13,9 @@ namespace packmesh {
 /// @return for each input vertex its index among those kept
 std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices);
 
+/// The same for the vertices of a mesh. @return number of vertices removed
+std::size_t mergeEqualVertices(TriangleMesh& mesh);
+
 /// For each vertex, the first vertex connected to it by a chain of steps shorter than `distance` [µm];
 /// usually itself. At most about 1000 n pairs are compared: if the vertices are so crowded that this does not
 /// suffice, some steps are overlooked.

@@ -25,7 +25,7 @@ std::string kindOf(const std::filesystem::path& file) {
                        ": expected a mesh file ending in .stl, .off, .ply or .obj; convert the surface to "
                        "STL, for example with 'meshio convert " +
                        file.filename().string() + " " + file.stem().string() +
-                       ".stl' or in ParaView (Extract Surface, Save Data). A centre line has no surface");
+                       ".stl' or in ParaView (Extract Surface, Save Data). A centre line is no surface");
   throw InputError(file.string() + ": expected a mesh file ending in .stl, .off, .ply or .obj, found " +
                    (ending.empty() ? "no extension" : "'" + ending + "'"));
 }

@@ -60,15 +60,6 @@ struct Edges {
   bool areCrowded() const { return faults.open == 0 && faults.crowded > 0; }
 };
 
-/// @return number of vertices that were the same as others
-std::size_t mergeEqual(TriangleMesh& mesh) {
-  const std::size_t before = mesh.vertices.size();
-  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
-  for (Triangle& t : mesh.triangles)
-    for (int& v : t) v = number[v];
-  return before - mesh.vertices.size();
-}
-
 std::size_t removeCollapsed(TriangleMesh& mesh) {
   const std::size_t before = mesh.triangles.size();
   mesh.triangles.erase(
@@ -414,7 +405,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
     if (n > 0) repairs.push_back(name + ": " + verb + " " + counted(n, one, many));
   };
 
-  note(mergeEqual(mesh), "merged", "duplicate vertex", "duplicate vertices");
+  note(mergeEqualVertices(mesh), "merged", "duplicate vertex", "duplicate vertices");
   note(removeCollapsed(mesh), "removed", "collapsed triangle", "collapsed triangles");
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
   refuseFlat(mesh, name);

@@ -27,6 +27,16 @@ constexpr std::int64_t fewStuck = 8, oneStuckOf = 8, mostStuck = 500, contactsOf
 /// many rounds of so many sweeps.
 constexpr std::int64_t oneCloserOf = 20, closerRounds = 12, closerSweeps = 200;
 
+/// Of what a certificate has found, that which meets nothing.
+Certificate onlyTooNear(Certificate found) {
+  const auto meets = [](const auto& one) { return !(one.gap > 0.0); };
+  found.overlapping.erase(std::remove_if(found.overlapping.begin(), found.overlapping.end(), meets),
+                          found.overlapping.end());
+  found.misplaced.erase(std::remove_if(found.misplaced.begin(), found.misplaced.end(), meets),
+                        found.misplaced.end());
+  return found;
+}
+
 /// Removes what is permitted to cells that may be closer. @return how many of them are
 std::int64_t permit(const std::set<std::int64_t>& closer, Certificate& certificate) {
   std::set<std::int64_t> are;
@@ -391,8 +401,11 @@ bool Attempt::certifiedWithSomeCloser() {
     relaxation_->dropLists();
     Certificate found = ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
     if (!found.complete || found.moreOverlaps) break;
-    closer = failingCells(found, physics, std::move(closer));
-    if (std::int64_t(closer.size()) > most) break;
+    const Certificate tooNear = onlyTooNear(found);
+    closer = failingCells(tooNear, physics, std::move(closer));
+    const std::size_t meeting = found.overlapping.size() - tooNear.overlapping.size() +
+                                found.misplaced.size() - tooNear.misplaced.size();
+    if (std::int64_t(closer.size()) > most || std::int64_t(meeting) > most + fewStuck) break;
     Certificate rest = found;
     rest.closer = permit(closer, rest);
     if (rest.clean()) {
@@ -400,18 +413,17 @@ bool Attempt::certifiedWithSomeCloser() {
       written_ = WrittenCells(problem_);
       return true;
     }
-    for (const OverlappingPair& pair : found.overlapping) {
-      const bool isNew = pairs.insert({pair.first, pair.second}).second;
-      if (isNew || pair.gap <= 0.0)
-        relaxation_->demandClearance(pair.first, pair.second,
-                                     isNew ? -physics.clearance : tolerance::repairClearance);
-    }
-    for (const MisplacedCell& cell : found.misplaced) {
-      const bool isNew = closerToWall.insert(cell.cell).second;
-      if (isNew || cell.gap <= 0.0)
-        relaxation_->demandWallClearance(cell.cell,
-                                         isNew ? -physics.wallClearance : tolerance::repairClearance);
-    }
+    // Those that meet others or the wall are repaired; the permitted ones get less clearance, once.
+    for (const OverlappingPair& pair : found.overlapping)
+      if (!(pair.gap > 0.0))
+        relaxation_->demandClearance(pair.first, pair.second, tolerance::repairClearance);
+      else if (pairs.insert({pair.first, pair.second}).second)
+        relaxation_->demandClearance(pair.first, pair.second, -physics.clearance);
+    for (const MisplacedCell& cell : found.misplaced)
+      if (!(cell.gap > 0.0))
+        relaxation_->demandWallClearance(cell.cell, tolerance::repairClearance);
+      else if (closerToWall.insert(cell.cell).second)
+        relaxation_->demandWallClearance(cell.cell, -physics.wallClearance);
     SchedulePosition start;
     ScheduleLimits some = limits(relaxation_->sweeps() + closerSweeps);
     some.anew = {};  // a restart begins these rounds again

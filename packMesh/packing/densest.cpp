@@ -188,6 +188,7 @@ class Search {
     }
     numbers = problem_.execution.communicator.gatherAll(numbers);
     species.start.clear();
+    species.inColumns = false;
     for (std::size_t i = 0; 7 * i < numbers.size(); ++i) {
       const double* const at = numbers.data() + 7 * i;
       const Pose pose{1.0, Quaternion(at[6], at[3], at[4], at[5]), Vec3(at[0], at[1], at[2])};

@@ -2,7 +2,6 @@
 #include "packMesh/packing/relocation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "packMesh/core/grid_key.h"
 #include "packMesh/core/random.h"
 #include "packMesh/parallel/periodic_images.h"
 #include "packMesh/placement/placement.h"
@@ -40,13 +40,6 @@ struct Place {
   std::vector<std::size_t> around;  ///< this rank's cells near it
 };
 
-/// A cell at a pose, as the estimate of gaps sees it.
-struct Posed {
-  int shape;
-  Vec3 position;
-  Mat3 rotation;
-};
-
 /// Estimates the gap between two cells of full size.
 class Gaps {
  public:
@@ -60,12 +53,13 @@ class Gaps {
         Known{spreadPoints(shape.mesh(), pointsOfGap), SurfaceDistance(shape), shape.radius()});
   }
   /// At most `most`; negative where they overlap [µm].
-  double between(const Posed& a, const Posed& b, double most) const {
+  double between(const PlacedCell& a, const PlacedCell& b, double most) const {
     const Known &knownA = *shapes_[a.shape], &knownB = *shapes_[b.shape];
-    const Vec3 fromB = nearestImage(a.position - b.position, physics_.container->period());
+    const Vec3 fromB =
+        nearestImage(a.placement.translation - b.placement.translation, physics_.container->period());
     if (fromB.norm() > knownA.radius + knownB.radius + most) return most;
-    const Mat3 toB = b.rotation.transpose() * a.rotation;
-    const Vec3 at = b.rotation.transpose() * fromB;
+    const Mat3 toB = b.placement.linear.transpose() * a.placement.linear;
+    const Vec3 at = b.placement.linear.transpose() * fromB;
     double gap = most;
     for (const Vec3& p : knownA.points) gap = std::min(gap, knownB.surface.sample(toB * p + at).distance);
     for (const Vec3& p : knownB.points)
@@ -95,10 +89,10 @@ class PlaceGrid {
       }
   }
   void add(std::size_t place, const Vec3& at) {
-    const Cell middle = cellOf(at);
+    const GridIndex middle = gridIndex(at, edge_);
     std::vector<std::int64_t> keys;
     for (int n = 0; n < 27; ++n)
-      keys.push_back(keyOf({middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1}));
+      keys.push_back(keyOfImage({middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1}));
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()),
                keys.end());  // in small boxes, neighbours are the same cell
@@ -106,23 +100,16 @@ class PlaceGrid {
   }
   const std::vector<std::size_t>& near(const Vec3& at) const {
     static const std::vector<std::size_t> empty;
-    const auto found = places_.find(keyOf(cellOf(at)));
+    const auto found = places_.find(keyOfImage(gridIndex(at, edge_)));
     return found == places_.end() ? empty : found->second;
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-
-  Cell cellOf(const Vec3& p) const {
-    Cell cell;
-    for (int k = 0; k < 3; ++k) cell[k] = std::int64_t(std::floor(p[k] / edge_[k]));
-    return cell;
-  }
-  std::int64_t keyOf(Cell cell) const {
+  /// Beyond a periodic face, the cell of the image in the bounds.
+  std::int64_t keyOfImage(GridIndex cell) const {
     for (int k = 0; k < 3; ++k)
       if (count_[k] > 0) cell[k] = (cell[k] % count_[k] + count_[k]) % count_[k];
-    constexpr std::int64_t range = std::int64_t(1) << 21;
-    return (cell[2] * range + cell[1]) * range + cell[0];
+    return keyOf(cell);
   }
 
   Vec3 period_, edge_;
@@ -141,11 +128,13 @@ std::pair<int, int> kindOf(const Physics& physics, std::int64_t id) {
 /// The i-th pose that is tried for a cell; empty: outside of where it may be.
 std::optional<Pose> triedPose(const Physics& physics, const AccessibleSpace* space, int species,
                               const Shape& shape, std::int64_t id, std::int64_t round, int i) {
-  const auto begin = uniform4(physics.seed, RandomStream::room, std::uint64_t(id), std::uint32_t(2 * round));
+  constexpr std::uint32_t ofBeginnings = std::uint32_t(1) << 31;  // beyond those of single poses
+  const auto begin =
+      uniform4(physics.seed, RandomStream::room, std::uint64_t(id), ofBeginnings + std::uint32_t(round));
   const auto u = uniform4(physics.seed, RandomStream::room, std::uint64_t(id),
-                          (std::uint32_t(2 * round + 1) << 11) + std::uint32_t(i));
+                          (std::uint32_t(round) << 11) + std::uint32_t(i));
   const auto v = uniform4(physics.seed, RandomStream::room, ~std::uint64_t(id),
-                          (std::uint32_t(2 * round + 1) << 11) + std::uint32_t(i));
+                          (std::uint32_t(round) << 11) + std::uint32_t(i));
   const Freedom& freedom = physics.species[species].freedom;
   const Quaternion wish =
       physics.rotate ? randomOrientation(freedom.cone, v[0], v[1], v[2]) : Quaternion::Identity();
@@ -163,12 +152,10 @@ std::optional<Pose> triedPose(const Physics& physics, const AccessibleSpace* spa
   return pose;
 }
 
-Posed posed(const Place& place) {
-  return {place.shape, place.pose.position, place.pose.orientation.toRotationMatrix()};
-}
-
-Posed posed(const BodyState& cell) {
-  return {cell.shape, cell.position, cell.orientation.toRotationMatrix()};
+/// A place, or a cell where it is.
+template <class Cell>
+PlacedCell placedAt(const Cell& cell, const Pose& pose) {
+  return {cell.species, cell.shape, pose.placement()};
 }
 
 /// The poses that are tried, `each` for every cell.
@@ -211,7 +198,8 @@ void measureRooms(const Physics& physics, const Execution& execution, const std:
   execution.threads.forEach(std::int64_t(places.size()), [&](std::int64_t i, int) {
     Place& place = places[i];
     for (const std::size_t other : place.around)
-      place.room = std::min(place.room, gaps.between(posed(place), posed(own[other]), place.room));
+      place.room = std::min(place.room, gaps.between(placedAt(place, place.pose),
+                                                     placedAt(own[other], own[other].pose()), place.room));
     deepest[i] = -place.room;
   });
   std::vector<std::int64_t> nothing;
@@ -239,14 +227,14 @@ std::set<std::int64_t> relocate(const Physics& physics, const Execution& executi
     moved[ids[c]] = best.pose;
     for (std::size_t i = (c + 1) * each; i < places.size(); ++i)
       if (places[i].room != none)
-        places[i].room =
-            std::min(places[i].room, gaps.between(posed(places[i]), posed(best), places[i].room));
+        places[i].room = std::min(places[i].room, gaps.between(placedAt(places[i], places[i].pose),
+                                                               placedAt(best, best.pose), places[i].room));
   }
-  std::set<std::int64_t> relocated;
-  for (const auto& [id, pose] : moved) relocated.insert(id);
   for (BodyState& cell : own)
     if (const auto found = moved.find(cell.id); found != moved.end())
       cell = stateOf(cell.id, cell.species, cell.shape, found->second);
+  std::set<std::int64_t> relocated;
+  for (const auto& [id, pose] : moved) relocated.insert(id);
   return relocated;
 }
 

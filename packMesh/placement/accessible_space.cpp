@@ -8,14 +8,15 @@
 #include <unordered_map>
 #include <utility>
 
+#include "packMesh/core/grid_key.h"
 #include "packMesh/mesh/joined_sets.h"
 #include "packMesh/shape/sample_points.h"
 
 namespace packmesh {
 namespace {
 
-/// Longest edge of the smallest parts [half thicknesses of the cell], and number of parts above which none is
-/// divided.
+/// Longest edge of the smallest parts [half thicknesses of the cell], and number of parts above which the
+/// space is given up.
 constexpr double finest = 1.0;
 constexpr std::int64_t mostParts = 2000000;
 
@@ -239,32 +240,31 @@ std::vector<double> AccessibleSpace::apart() const {
   if (parts_.empty()) return {};
   Vec3 edge = 2.0 * least.cast<double>();
   edge *= std::max(1.0, std::cbrt(volume() / edge.prod() / mostGridCells));
-  const auto cellOf = [&](const Vec3& p) -> std::array<std::int64_t, 3> {
-    const Vec3 at = (p - box.lo).cwiseQuotient(edge);
-    return {std::int64_t(at.x()), std::int64_t(at.y()), std::int64_t(at.z())};
-  };
-  constexpr std::int64_t last = (std::int64_t(1) << 21) - 1;
-  const auto keyOf = [](const std::array<std::int64_t, 3>& c) { return (c[2] << 42) + (c[1] << 21) + c[0]; };
+  const auto cellOf = [&](const Vec3& p) { return gridIndex(p - box.lo, edge); };
   JoinedSets joined(parts_.size());
-  std::unordered_map<std::int64_t, int> partAt;
+  struct Occupied {
+    GridIndex cell;
+    int part;
+  };
+  std::unordered_map<std::int64_t, Occupied> occupied;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const Vec3 inner = 0.999 * parts_[i].half.cast<double>();
     const auto lo = cellOf(parts_[i].centre - inner), hi = cellOf(parts_[i].centre + inner);
     for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
       for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
         for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
-          const auto [found, isNew] = partAt.try_emplace(keyOf({x, y, z}), int(i));
-          if (!isNew) joined.join(found->second, int(i));
+          const GridIndex cell = {x, y, z};
+          const auto [found, isNew] = occupied.insert({keyOf(cell), {cell, int(i)}});
+          if (!isNew) joined.join(found->second.part, int(i));
         }
   }
-  for (const auto& [cell, part] : partAt)
+  for (const auto& [key, one] : occupied)
     for (int k = 0; k < 3; ++k) {
-      Vec3 beside = box.lo + edge.cwiseProduct(
-                                 Vec3(double(cell & last), double(cell >> 21 & last), double(cell >> 42)) +
-                                 Vec3::Constant(0.5));
-      beside[k] += edge[k];
-      if (const auto next = partAt.find(keyOf(cellOf(fit_->within(beside)))); next != partAt.end())
-        joined.join(part, next->second);
+      Vec3 beside(double(one.cell[0]) + 0.5, double(one.cell[1]) + 0.5, double(one.cell[2]) + 0.5);
+      beside[k] += 1.0;
+      const Vec3 at = fit_->within(box.lo + edge.cwiseProduct(beside));
+      if (const auto next = occupied.find(keyOf(cellOf(at))); next != occupied.end())
+        joined.join(one.part, next->second.part);
     }
   std::map<int, double> volumes;
   for (std::size_t i = 0; i < parts_.size(); ++i)

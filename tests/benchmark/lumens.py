@@ -190,7 +190,7 @@ def pack(program, file, hematocrit, folder):
     if out.returncode != 0:
         return seconds, None, 0, 0
     kept = re.search(r"Clearance kept: ([\d.]+) µm between", out.stdout)
-    fewer = re.search(r"by all cells but (\d+)", out.stdout)
+    fewer = re.search(r"; (\d+) cells? keeps? less", out.stdout)
     cells = sum(int(n) for n in re.findall(r"(\d+) of \d+ placed", out.stdout))
     return seconds, float(kept[1]) / 0.05 if kept else 0.0, int(fewer[1]) if fewer else 0, cells
 

@@ -9,6 +9,9 @@
 #include "hemocell_adapter/session/progress_log.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/packMesh/write_mesh.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vessels.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -132,6 +135,21 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
              Contains("Infeasible: not even one RBC fits") && Contains("Time: unknown"));
   CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "8.3"})), Contains("Feasible"));
   CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably infeasible: "));
+}
+
+TEST_CASE("A forecast accounts for places that no cell can enter", "[forecast]") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "chambers.stl").string();
+  writeMesh(file, twoChambers()->surface());
+  const auto said = [&](const char* red) {
+    std::string all;
+    for (const std::string& line : forecastText(planned({"--vessel", file, "1", "--rbc", red}), 1).lines)
+      all += line + "\n";
+    return all;
+  };
+  CHECK_THAT(said("6"), Contains("Feasible") && Contains("RBC: the places that they can reach are 2 parts, "
+                                                         "not connected, the largest with 0.5"));
+  CHECK_THAT(said("20"), Contains("nfeasible"));
 }
 
 TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid nodes", "[executable]") {

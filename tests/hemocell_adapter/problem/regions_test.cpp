@@ -106,7 +106,7 @@ TEST_CASE("With a hematocrit of 0, cells are in regions alone", "[executable]") 
   for (const PosLine& line : lines) CHECK(line.position.x() < 12.1);
   const Ran none = run(folder.path(), "20 20 20 --hematocrit 0");
   CHECK(none.exitCode == 2);
-  CHECK_THAT(none.err, Contains("asks for no red cells; it is meant for a lumen with regions"));
+  CHECK_THAT(none.err, Contains("asks for no red cells; use it with regions"));
 }
 
 TEST_CASE("Invalid constraints are rejected", "[executable]") {

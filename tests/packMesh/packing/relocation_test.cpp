@@ -30,27 +30,28 @@ PackingProblem crowded(std::int64_t count) {
 }  // namespace
 
 TEST_CASE("A cell is put where there is most room", "[relocation]") {
-  Physics physics = test::physicsOf({test::redCellShape()}, test::periodicCube(24.0));
-  physics.species[0].count = 9;
-  // Eight cells around all places but one.
+  Physics physics = test::physicsOf({test::sphereShape(3.0)}, test::periodicCube(18.0));
+  physics.species[0].count = 8;
+  // Spheres of 3 µm on a cubic lattice of 9 µm with one vacancy: a gap of 3 µm there, of 1.8 µm elsewhere.
   std::vector<BodyState> cells;
-  const Vec3 free(18.0, 18.0, 18.0);
-  for (int i = 0; i < 8; ++i) {
-    const Vec3 at = 12.0 * Vec3(i & 1, i >> 1 & 1, i >> 2 & 1) + Vec3::Constant(6.0);
-    if (at != free) cells.push_back(stateOf(i, 0, 0, {1.0, Quaternion::Identity(), at}));
-  }
-  cells.push_back(stateOf(8, 0, 0, {1.0, Quaternion::Identity(), Vec3(6.0, 6.5, 6.0)}));
+  const Vec3 vacancy = Vec3::Constant(13.5);
+  for (int i = 0; i < 7; ++i)
+    cells.push_back(stateOf(
+        i, 0, 0,
+        {1.0, Quaternion::Identity(), 9.0 * Vec3(i & 1, i >> 1 & 1, i >> 2 & 1) + Vec3::Constant(4.5)}));
+  cells.push_back(stateOf(7, 0, 0, {1.0, Quaternion::Identity(), Vec3(4.5, 5.0, 4.5)}));
   const std::vector<BodyState> before = cells;
   AccessibleSpaces spaces(physics, {});
-  CHECK(relocate(physics, {}, spaces, 5, {8}, cells) == std::set<std::int64_t>{8});
-  for (std::size_t i = 0; i + 1 < cells.size(); ++i) CHECK(cells[i].position == before[i].position);
-  CHECK(cells.back().id == 8);
-  CHECK((cells.back().position - free).norm() < 6.0);
-  std::vector<BodyState> again = before, later = before;
-  relocate(physics, {}, spaces, 5, {8}, again);
-  CHECK(again.back().position == cells.back().position);
-  relocate(physics, {}, spaces, 6, {8}, later);
-  CHECK_FALSE(later.back().position == cells.back().position);
+  for (const std::int64_t round : {5, 6, 7}) {
+    cells = before;
+    CHECK(relocate(physics, {}, spaces, round, {7}, cells) == std::set<std::int64_t>{7});
+    for (std::size_t i = 0; i < 7; ++i) CHECK(cells[i].position == before[i].position);
+    CHECK(cells.back().id == 7);
+    CHECK((cells.back().position - vacancy).norm() < 2.0);
+    std::vector<BodyState> again = before;
+    relocate(physics, {}, spaces, round, {7}, again);
+    CHECK(again.back().position == cells.back().position);
+  }
 }
 
 TEST_CASE("Where there is no room, no cell is put", "[relocation]") {
