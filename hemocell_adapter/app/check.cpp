@@ -8,6 +8,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
@@ -258,34 +259,37 @@ class CheckReport {
 
 namespace {
 
-Problem builtProblem(const CompletedRequest& completed, const Communicator& ranks) {
+Problem makeProblem(const CompletedRequest& completed, const std::filesystem::path& folder,
+                    const Communicator& ranks) {
   std::optional<Problem> problem;
-  together(ranks, [&] { problem = problemToCheck(completed, ranks); });
+  together(ranks, [&] { problem = problemToCheck(completed, folder, ranks); });
   return std::move(*problem);
 }
 
-ExitCode checkFolder(const CompletedRequest& completed, const Communicator& ranks) {
+ExitCode checkFolder(const CompletedRequest& completed, const OutputRequest& output,
+                     const Communicator& ranks) {
   const Timer timer;
-  const Problem problem = builtProblem(completed, ranks);
-  logNotices(problem);
+  const Problem problem = makeProblem(completed, output.folder, ranks);
+  tell(problem.notices);
   const FoundCells found = readCells(problem);
   for (const std::string& warning : limitWarnings(problem, found.counts)) log::warning(warning);
   CheckReport report(problem, found);
   const bool clean = report.print();
-  writeOutputsOf(problem, problem.request.output, found, report.examination(), {timer.cpu(), timer.wall()});
+  writeOutputsOf(problem, output, found, report.examination(), {timer.cpu(), timer.wall()});
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 
 /// What is said of one of several folders. @param withNotices of how its problem was built
-ExitCode tellInALine(const CompletedRequest& completed, bool withNotices, const Communicator& ranks) {
-  const Problem problem = builtProblem(completed, ranks);
+ExitCode tellInALine(const CompletedRequest& completed, const OutputRequest& output, bool withNotices,
+                     const Communicator& ranks) {
+  const Problem problem = makeProblem(completed, output.folder, ranks);
   if (withNotices) {
     log::info(versionLine(ranks.size(), problem.team.count()));
-    logNotices(problem);
+    tell(problem.notices);
   }
   const FoundCells found = readCells(problem);
   const CheckReport report(problem, found);
-  log::info(fmt::format("{}: {}", problem.request.output.folder.string(), report.line()));
+  log::info(fmt::format("{}: {}", output.folder.string(), report.line()));
   return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
 }
 
@@ -296,8 +300,12 @@ ExitCode checkFolders(const Request& asked, const std::filesystem::path& around,
   bool first = true;
   const auto examineFolder = [&](const std::filesystem::path& folder) {
     CompletedRequest one;
-    together(ranks, [&] { one = requestToCheck(asked, folder); });
-    return folder == around ? checkFolder(one, ranks) : tellInALine(one, first, ranks);
+    OutputRequest output;
+    together(ranks, [&] {
+      one = requestToCheck(asked);
+      output = outputsToCheck(asked, one, folder);
+    });
+    return folder == around ? checkFolder(one, output, ranks) : tellInALine(one, output, first, ranks);
   };
   const auto refused = [](const std::filesystem::path& folder, const char* why) {
     log::error(why);
@@ -328,13 +336,15 @@ ExitCode checkFolders(const Request& asked, const std::filesystem::path& around,
 
 ExitCode runCheck(const Request& asked, const Communicator& ranks) {
   CompletedRequest completed;
+  OutputRequest output;
   std::vector<std::filesystem::path> folders;
   together(ranks, [&] {
     completed = requestToCheck(asked);
-    folders = foldersToCheck(completed.request);
+    output = outputsToCheck(asked, completed);
+    folders = foldersToCheck(completed.request, output);
   });
-  if (folders.empty()) return checkFolder(completed, ranks);
-  return checkFolders(asked, completed.request.output.folder, folders, ranks);
+  if (folders.empty()) return checkFolder(completed, output, ranks);
+  return checkFolders(asked, output.folder, folders, ranks);
 }
 
 }  // namespace packmesh::hemocell

@@ -20,31 +20,35 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The number of the first that is run.
-std::int64_t firstOf(const Request& series) {
-  return std::max<std::int64_t>(1, series.output.realisation);
+std::int64_t firstOf(const OutputRequest& ofAll) {
+  return std::max<std::int64_t>(1, ofAll.realisation);
 }
 
 /// The i-th realisation alone. The command stored in its state is that of the whole series, so that a restart
 /// continues with the remaining ones.
-CompletedRequest realisationOf(const CompletedRequest& series, std::int64_t i) {
+CompletedRequest realisation(const CompletedRequest& series, const OutputRequest& ofAll, std::int64_t i) {
   CompletedRequest one = series;
-  const OutputRequest& ofAll = series.request.output;
-  OutputRequest& output = one.request.output;
   one.request.realisations = 1;
   one.request.seed = series.request.seed + std::uint64_t(i - 1);
-  output.realisation = i;
-  output.realisationsOfAll = series.request.realisations;
-  output.folder = ofAll.folder / realisationFolder(i, series.request.realisations);
-  if (ofAll.stateFile) output.stateFile = output.folder / ofAll.stateFile->filename();
-  if (ofAll.reportFile) output.reportFile = output.folder / ofAll.reportFile->filename();
-  if (i != firstOf(series.request)) one.request.restart.reset();
+  if (i != firstOf(ofAll)) one.request.restart.reset();
   return one;
 }
 
+/// What it writes, in its folder.
+OutputRequest outputsOfRealisation(const OutputRequest& ofAll, std::int64_t i, std::int64_t all) {
+  OutputRequest output = ofAll;
+  output.realisation = i;
+  output.realisationsOfAll = all;
+  output.folder = ofAll.folder / realisationFolder(i, all);
+  if (ofAll.stateFile) output.stateFile = output.folder / ofAll.stateFile->filename();
+  if (ofAll.reportFile) output.reportFile = output.folder / ofAll.reportFile->filename();
+  return output;
+}
+
 /// Cell files in the parent folder of the realisations belong to none of them, unless they are input.
-void warnOfFilesBeside(const Request& request) {
+void warnOfFilesBeside(const Request& request, const fs::path& folder) {
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(request.output.folder, ignored)) {
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     if (entry.path().extension() != ".pos") continue;
     const auto is = [&](const std::optional<Source>& source) {
       return source && fs::equivalent(entry.path(), source->file, ignored);
@@ -68,11 +72,12 @@ void tellSpread(const fs::path& table) {
 
 }  // namespace
 
-ExitCode runRealisations(const CompletedRequest& series, const Communicator& ranks,
-                         const std::function<RunEnd(const CompletedRequest&)>& run) {
+ExitCode runRealisations(const CompletedRequest& series, const OutputRequest& outputs,
+                         const Communicator& ranks,
+                         const std::function<RunEnd(const CompletedRequest&, const OutputRequest&)>& run) {
   const Request& all = series.request;
-  const std::int64_t first = firstOf(all);
-  const fs::path file = all.output.folder / "realisations.csv";
+  const std::int64_t first = firstOf(outputs);
+  const fs::path file = outputs.folder / "realisations.csv";
   RealisationTable table(ranks.rank() == 0 ? file : fs::path(), first, all.seed);
   ExitCode worst = ExitCode::ok;
   std::string failed;
@@ -85,10 +90,11 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
       log::error(fmt::format("interrupted: realisation {} was not begun", i));
       return ExitCode::interrupted;
     }
-    const CompletedRequest one = realisationOf(series, i);
+    const CompletedRequest one = realisation(series, outputs, i);
+    const OutputRequest output = outputsOfRealisation(outputs, i, all.realisations);
     log::info(fmt::format("Realisation {} of {}: seed {}, {}", i, all.realisations, one.request.seed,
-                          one.request.output.folder.string()));
-    const RunEnd end = run(one);
+                          output.folder.string()));
+    const RunEnd end = run(one, output);
     if (end.code == ExitCode::interrupted) {
       tellWritten();
       return end.code;
@@ -105,13 +111,13 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
   }
   if (ranks.rank() == 0 && table.written() > 1) tellSpread(file);
   log::info(fmt::format("Wrote {}", file.string()));
-  if (all.output.reportFile) {
-    const fs::path report = all.output.folder / "realisation_*" / all.output.reportFile->filename();
+  if (outputs.reportFile) {
+    const fs::path report = outputs.folder / "realisation_*" / outputs.reportFile->filename();
     log::info(fmt::format("To compare them: packmesh compare {} --page compare.html",
                           fs::path(report).replace_extension(".json").string()));
   }
   tellWritten();
-  if (ranks.rank() == 0) warnOfFilesBeside(all);
+  if (ranks.rank() == 0) warnOfFilesBeside(all, outputs.folder);
   if (!failed.empty()) log::error(fmt::format("realisations that failed: {}", failed));
   return worst;
 }

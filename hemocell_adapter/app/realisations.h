@@ -17,13 +17,15 @@ struct RunEnd {
   RealisationFigures figures;  ///< if a packing was written
 };
 
-/// Runs the realisations of a request in sequence, starting with the first or with output.realisation if that
-/// is larger, the very first with its seed, in their folders (realisationFolder) of its folder. `restart`
-/// applies to the first one that is run. A failure does not prevent the remaining ones from running; an
-/// interruption does. Means and standard deviations are printed and the figures of each realisation written
-/// to realisations.csv; those of realisations made before are taken from there. All ranks call.
+/// Runs the realisations of a request in sequence, starting with the first or with outputs.realisation if
+/// that is larger, the very first with its seed, in their folders (realisationFolder) of its folder.
+/// `restart` applies to the first one that is run. A failure does not prevent the remaining ones from
+/// running; an interruption does. Means and standard deviations are printed and the figures of each
+/// realisation written to realisations.csv; those of realisations made before are taken from there. All ranks
+/// call.
 /// @return ok if all are; otherwise the code of the first that failed
-ExitCode runRealisations(const CompletedRequest& series, const Communicator& ranks,
-                         const std::function<RunEnd(const CompletedRequest&)>& run);
+ExitCode runRealisations(const CompletedRequest& series, const OutputRequest& outputs,
+                         const Communicator& ranks,
+                         const std::function<RunEnd(const CompletedRequest&, const OutputRequest&)>& run);
 
 }  // namespace packmesh::hemocell

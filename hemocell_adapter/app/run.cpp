@@ -16,9 +16,9 @@
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
-#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/session/session.h"
@@ -70,21 +70,20 @@ void warnOfDropped(const Packing& packing) {
 }
 
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
-void rescue(const Packing& packing, const ResultState& state) {
-  const fs::path file = checkpointOf(*packing.problem->request.output.stateFile);
-  if (savedAlone(*packing.problem, file, state))
+void rescue(const Packing& packing, const OutputRequest& output, const ResultState& state) {
+  if (saveAsCheckpoint(*packing.problem, output, state))
     log::warning(fmt::format(
         "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
-        file.string()));
+        checkpointFile(output).string()));
 }
 
 /// Writes the cells with the state of the packing, if one is requested; if they do not fit together, the
 /// cells alone, unless only the state has them all.
 /// @param stateWritten false: the state is missing
-std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
+std::vector<fs::path> writeCells(const Packing& packing, const OutputRequest& output, bool& stateWritten) {
   const Problem& problem = *packing.problem;
   const auto write = [&](const std::optional<ResultState>& state) {
-    return writeCellFiles(problem, problem.request.output, packing.result, packing.cells.tally.counts, state);
+    return writeCellFiles(problem, output, packing.result, packing.cells.tally.counts, state);
   };
   const std::optional<ResultState> state = resultStateOf(packing);
   stateWritten = true;
@@ -95,7 +94,7 @@ std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
     if (!state || failure.code != ExitCode::cannotWrite) throw;
     stateWritten = false;
     if (problem.hasDeformed()) {
-      rescue(packing, *state);
+      rescue(packing, output, *state);
       throw;
     }
     log::warning(failure.message);
@@ -103,22 +102,20 @@ std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
   try {
     return write({});
   } catch (const std::runtime_error&) {
-    rescue(packing, *state);
+    rescue(packing, output, *state);
     throw;
   }
 }
 
 /// Writes the cells and everything else that is requested, and prints the summary.
 /// @return false if the state is missing
-bool write(const Packing& packing) {
-  const Problem& problem = *packing.problem;
-  const OutputRequest& output = problem.request.output;
+bool write(const Packing& packing, const OutputRequest& output) {
   bool stateWritten = false;
-  const std::vector<fs::path> files = writeCells(packing, stateWritten);
+  const std::vector<fs::path> files = writeCells(packing, output, stateWritten);
   logSummary(packing);
   if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
-  warnOfStaleFiles(problem, output);
+  warnOfStaleFiles(*packing.problem, output);
   writeViews(finishedOf(packing, output), packing.times);
   return stateWritten;
 }
@@ -144,12 +141,11 @@ Locks locksOf(const OutputRequest& output, const Communicator& ranks) {
 }
 
 /// Tests in advance whether the folders are writable.
-void requireWritableFolders(const Request& request, const Communicator& ranks) {
+void requireWritableFolders(const Request& request, const OutputRequest& output, const Communicator& ranks) {
   onFirstRank(ranks, [&] {
-    const OutputRequest& output = request.output;
     requireWritable(output.folder);
     if (output.reportFile) requireWritable(output.reportFile->parent_path());
-    if (output.stateFile) requireReplaceableState(request);
+    requireReplaceableState(request, output);
   });
 }
 
@@ -162,34 +158,35 @@ ExitCode tellForecast(const Problem& problem) {
 }
 
 /// Packs and writes.
-RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& problem) {
-  const Locks locks = locksOf(problem->request.output, problem->ranks);
-  const Request& request = problem->request;
-  const std::optional<fs::path>& stateFile = request.output.stateFile;
+RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& problem,
+                    const OutputRequest& output) {
+  const Locks locks = locksOf(output, problem->ranks);
   std::optional<Packing> packing;
   try {
-    packing = session.pack(problem);
+    packing = session.pack(problem, output);
   } catch (const AgreedFailure& failure) {
     log::error(failure.what());
     if (failure.code() == ExitCode::outOfReach && session.stateSaved())
       log::info(fmt::format("To continue with higher limits: packMesh --restart {} --max-time SECONDS",
-                            checkpointOf(*stateFile).string()));
+                            checkpointFile(output).string()));
     return {failure.code(), {}};
   }
-  if (!write(*packing)) {
-    log::error(fmt::format("{}: the state could not be saved", stateFile->string()));
+  if (!write(*packing, output)) {
+    log::error(fmt::format("{}: the state could not be saved", output.stateFile->string()));
     return {ExitCode::cannotWrite, figuresOf(*packing)};
   }
-  if (stateFile) onFirstRank(problem->ranks, [&] { removeCheckpoint(request, session.stateSavedOnce()); });
+  if (output.stateFile)
+    onFirstRank(problem->ranks,
+                [&] { removeCheckpoint(problem->request, output, session.stateSavedOnce()); });
   return {ExitCode::ok, figuresOf(*packing)};
 }
 
-RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
+RunEnd packOnce(const CompletedRequest& completed, const OutputRequest& output, const Communicator& ranks) {
   const Request& request = completed.request;
   Session session(writtenToFiles, {interrupted, {}}, ranks);
-  requireWritableFolders(request, ranks);
-  const std::shared_ptr<const Problem> problem = session.problemOf(completed);
-  onFirstRank(ranks, [&] { requireWritableOutputs(*problem, request.output, true); });
+  requireWritableFolders(request, output, ranks);
+  const std::shared_ptr<const Problem> problem = session.prepare(completed);
+  onFirstRank(ranks, [&] { requireWritableOutputs(*problem, output, true); });
   if (request.validate) {
     log::info(
         fmt::format("{} is valid", problem->simulation ? problem->simulation->file.string() : "The command"));
@@ -197,7 +194,7 @@ RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
   }
   for (const std::string& line : headLines(*problem)) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", session.timer().cpu()));
-  if (!request.dryRun) return packAndWrite(session, problem);
+  if (!request.dryRun) return packAndWrite(session, problem, output);
   return {tellForecast(*problem), {}};
 }
 
@@ -205,13 +202,20 @@ RunEnd packOnce(const CompletedRequest& completed, const Communicator& ranks) {
 
 ExitCode runPacking(const Request& asked, const Communicator& ranks) {
   CompletedRequest completed;
-  together(ranks, [&] { completed = requestToPack(asked); });
+  OutputRequest output;
+  together(ranks, [&] {
+    completed = requestToPack(asked);
+    output = outputsToPack(completed);
+  });
   const Request& request = completed.request;
-  if (request.realisations == 1 || !writes(request)) return packOnce(completed, ranks).code;
-  OutputRequest folder = request.output;
+  if (request.realisations == 1 || !writes(request)) return packOnce(completed, output, ranks).code;
+  OutputRequest folder = output;
   folder.stateFile.reset();  // each realisation has its own
   const Locks locks = locksOf(folder, ranks);
-  return runRealisations(completed, ranks, [&](const CompletedRequest& one) { return packOnce(one, ranks); });
+  return runRealisations(completed, output, ranks,
+                         [&](const CompletedRequest& one, const OutputRequest& outputOfOne) {
+                           return packOnce(one, outputOfOne, ranks);
+                         });
 }
 
 }  // namespace packmesh::hemocell

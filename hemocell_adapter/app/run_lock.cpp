@@ -17,7 +17,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/problem/checkpoints.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "packMesh/core/temporary_name.h"
 
 namespace packmesh::hemocell {

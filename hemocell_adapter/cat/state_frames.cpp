@@ -52,8 +52,8 @@ PackingTables tablesOf(const std::vector<PlacedCell>& own, const PackingProblem&
 
 }  // namespace
 
-StateFrames::StateFrames(const PackingProblem& problem, const OutputRequest& output)
-    : problem_(problem), folder_(folderIn(output.folder)), every_(output.frames) {
+StateFrames::StateFrames(const PackingProblem& problem, const FrameSeries& series)
+    : problem_(problem), folder_(folderIn(series.folder)), every_(series.every) {
   const Communicator& ranks = problem_.execution.communicator;
   SharedFiles(ranks).makeFolder(folder_);
   onFirstRank(ranks, [&] {

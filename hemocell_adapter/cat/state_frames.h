@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/settings/request.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "packMesh/packing/packing_problem.h"
 
 namespace packmesh::hemocell {
@@ -20,8 +20,7 @@ class StateFrames {
   static constexpr std::int64_t mostWithCatCells = 300;
 
   /// Removes files of earlier series. References the problem, which must outlive it. All ranks call.
-  /// @param output which states are written, and where: the first one and every so many after it
-  StateFrames(const PackingProblem& problem, const OutputRequest& output);
+  StateFrames(const PackingProblem& problem, const FrameSeries& series);
 
   /// Folder of the series among the outputs.
   static std::filesystem::path folderIn(const std::filesystem::path& outputs) {

@@ -109,7 +109,7 @@ class CellFiles {
         [&](std::int64_t begin, std::int64_t end, int) {
           std::vector<PosLine> lines;
           for (std::int64_t i = begin; i < end; ++i) {
-            lines.push_back(problem_.read.lineOf(result_.poses[own[i]]));
+            lines.push_back(problem_.read->lineOf(result_.poses[own[i]]));
             lines.back().position += shift;
           }
           pieces[begin / linesOfPiece] = formatPosLines(lines);

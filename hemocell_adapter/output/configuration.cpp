@@ -57,6 +57,7 @@ Report filesOf(const Problem& problem, std::string CellSpecies::*file) {
 Report configurationOf(const Problem& problem, const OutputRequest& output, const Clearances& clearances) {
   Request request = problem.request;
   request.output = output;
+  request.hematocrit = problem.hematocrit;
   const bool cat = request.method == Method::cat;
   const bool box = request.boxSize && !(request.container && request.container->lumen);
   Report all;

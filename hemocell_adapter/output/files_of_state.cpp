@@ -7,7 +7,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "hemocell_adapter/problem/checkpoints.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/core/error.h"
 #include "packMesh/io/file_hash.h"

@@ -19,8 +19,8 @@
 #include "hemocell_adapter/output/conversions.h"
 #include "hemocell_adapter/output/packing_tables.h"
 #include "hemocell_adapter/output/report.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
-#include "hemocell_adapter/problem/checkpoints.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
@@ -122,7 +122,7 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
   for (const fs::path& converted : convertedFiles(problem, output, counts)) files.push_back(converted);
   for (const fs::path& file : files) requireReplaceable(file);
   if (output.stateFile) files.push_back(*output.stateFile);
-  if (output.stateFile && savesCheckpoints(problem.request)) files.push_back(checkpointOf(*output.stateFile));
+  if (savesCheckpoints(problem.request, output)) files.push_back(checkpointOf(*output.stateFile));
   std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;

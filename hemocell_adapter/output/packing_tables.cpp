@@ -59,7 +59,7 @@ PackingTables tablesOf(const Finished& done, const CellMeasures& measures) {
     if (done.problem.hasDeformed())
       tables.vertices.push_back(
           done.problem.isDeformed(cell) ? &done.problem.shapes[cell.shape]->mesh().vertices : nullptr);
-    const PosLine line = done.problem.read.lineOf(result.poses[i]);
+    const PosLine line = done.problem.read->lineOf(result.poses[i]);
     tables.poses.push_back({1.0, result.poses[i].orientation, line.position});
     angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
   }

@@ -139,14 +139,15 @@ Report askedOf(const Profile& measured, const Problem& problem) {
   Report all = Report::array();
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     Report fractions = nullptr;
-    if (problem.profile->species[s].isAsked()) {
+    if (problem.layout.profile->species[s].isAsked()) {
       fractions = Report::array();
       for (int i = 0; i < measured.layers(); ++i)
-        fractions.push_back(problem.profile->askedAt(problem.profile->species[s], measured.middle(i)));
+        fractions.push_back(
+            problem.layout.profile->askedAt(problem.layout.profile->species[s], measured.middle(i)));
     }
     all.push_back({{"name", problem.species[s].name}, {"fraction", std::move(fractions)}});
   }
-  return {{"source", problem.profile->source}, {"species", std::move(all)}};
+  return {{"source", problem.layout.profile->source}, {"species", std::move(all)}};
 }
 
 Report reportOfMeasures(const PackingMeasures& measures, const Problem& problem) {
@@ -157,7 +158,7 @@ Report reportOfMeasures(const PackingMeasures& measures, const Problem& problem)
   all["wall"] = nullptr;
   if (measures.wall) {
     all["wall"] = profileOf(*measures.wall, problem.species);
-    all["wall"]["asked"] = problem.profile ? askedOf(*measures.wall, problem) : Report(nullptr);
+    all["wall"]["asked"] = problem.layout.profile ? askedOf(*measures.wall, problem) : Report(nullptr);
     Report& layer = all["wall"]["cellFreeLayer"];
     layer = Report::array();
     for (const double share : {0.05, 0.5}) {
@@ -206,10 +207,11 @@ Report statisticsOf(const Statistics& s) {
 Report repeatedOf(const std::optional<Repeated>& repeated) {
   if (!repeated) return nullptr;
   const Request& request = repeated->problem.request;
+  const std::optional<double>& hematocrit = repeated->problem.hematocrit;
   return {{"times", request.tiles},
           {"boxSize", coordinatesOf(*request.boxSize)},
           {"cells", repeated->result.cellCount},
-          {"hematocrit", request.hematocrit ? Report(*request.hematocrit) : Report(nullptr)},
+          {"hematocrit", hematocrit ? Report(*hematocrit) : Report(nullptr)},
           {"certificate", certificateOf(repeated->result.certificate)},
           {"statistics", statisticsOf(repeated->result.statistics)}};
 }

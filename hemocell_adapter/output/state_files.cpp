@@ -12,8 +12,9 @@
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/requested_outputs.h"
+#include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_request.h"
-#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/settings/request_json.h"
 #include "packMesh/core/input_file.h"
@@ -64,8 +65,9 @@ Request continued(const Request& asked) {
   return all;
 }
 
-void requireReplaceableState(const Request& request) {
-  const fs::path& file = *request.output.stateFile;
+void requireReplaceableState(const Request& request, const OutputRequest& output) {
+  if (!output.stateFile) return;
+  const fs::path& file = *output.stateFile;
   requireWritable(file.parent_path());
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
@@ -76,16 +78,16 @@ void requireReplaceableState(const Request& request) {
         fmt::format("{}: is the name of a checkpoint; the state of the result needs another one, such as {}",
                     file.string(), resultOf(file).string()));
   requireReplaceableState(request, file);
-  if (savesCheckpoints(request)) requireReplaceableState(request, checkpointOf(file));
+  if (savesCheckpoints(request, output)) requireReplaceableState(request, checkpointOf(file));
 }
 
-Checkpoints StateFiles::checkpoints() {
+std::optional<Checkpoints> StateFiles::checkpoints() {
+  if (!output_.stateFile) return {};
   Checkpoints checkpoints;
-  if (savesCheckpoints(request_))
+  if (savesCheckpoints(request_, output_))
     checkpoints.due = [this] {
       const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
-      return checkpointAsked() ||
-             (request_.output.checkpointEvery > 0.0 && since.count() >= request_.output.checkpointEvery);
+      return checkpointAsked() || (output_.checkpointEvery > 0.0 && since.count() >= output_.checkpointEvery);
     };
   checkpoints.save = [this](const PackingState& state) { save(state); };
   checkpoints.endsWithFewer = request_.bestEffort;
@@ -97,8 +99,8 @@ void StateFiles::save(const PackingState& state) {
     end_ = state;
     return;
   }
-  if (!savesCheckpoints(request_)) return;
-  const fs::path file = checkpointOf(*request_.output.stateFile);
+  if (!savesCheckpoints(request_, output_)) return;
+  const fs::path file = checkpointFile(output_);
   saved_ = false;
   try {
     writeState(file, problem_, recordOf(*request_.asked, file), state);
@@ -117,7 +119,9 @@ std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const fs::pa
                        result.state, together);
 }
 
-bool savedAlone(const Problem& problem, const fs::path& file, const ResultState& result) {
+namespace {
+
+bool saveAlone(const Problem& problem, const fs::path& file, const ResultState& result) {
   try {
     const std::unique_ptr<AtomicFiles> files = preparedResult(problem, file, result, {});
     writeTogether(problem.ranks, [&] { files->commit(); });
@@ -128,8 +132,26 @@ bool savedAlone(const Problem& problem, const fs::path& file, const ResultState&
   }
 }
 
-void removeCheckpoint(const Request& request, bool own) {
-  const fs::path file = checkpointOf(*request.output.stateFile);
+}  // namespace
+
+bool saveResult(const Problem& problem, const OutputRequest& output, const ResultState& result) {
+  return saveAlone(problem, *output.stateFile, result);
+}
+
+bool saveAsCheckpoint(const Problem& problem, const OutputRequest& output, const ResultState& result) {
+  return saveAlone(problem, checkpointFile(output), result);
+}
+
+void makeStateFolder(const OutputRequest& output, const Communicator& ranks) {
+  if (output.stateFile) SharedFiles(ranks).makeFolder(output.stateFile->parent_path());
+}
+
+fs::path checkpointFile(const OutputRequest& output) {
+  return checkpointOf(*output.stateFile);
+}
+
+void removeCheckpoint(const Request& request, const OutputRequest& output, bool own) {
+  const fs::path file = checkpointFile(output);
   if (!isThere(file)) return;
   std::error_code ignored;
   if (own || (request.restart && fs::equivalent(file, *request.restart, ignored)))

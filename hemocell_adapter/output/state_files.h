@@ -21,18 +21,21 @@ namespace packmesh::hemocell {
 Request continued(const Request& asked);
 
 /// Tests before hours of packing. @throws OutputError if its folder is not writable, or the state file (or
-/// its checkpoint) exists and is not a state that may be replaced, or has the name of another output
-void requireReplaceableState(const Request& request);
+/// its checkpoint) exists and is not a state that may be replaced, or has the name of another output. Nothing
+///   if no state is requested
+void requireReplaceableState(const Request& request, const OutputRequest& output);
 
 /// Saves the checkpoints of a run, and keeps the state of its result.
 class StateFiles {
  public:
-  /// References both, which must outlive it.
-  StateFiles(const Request& request, const PackingProblem& problem) : request_(request), problem_(problem) {}
+  /// References its arguments, which must outlive it.
+  StateFiles(const Request& request, const OutputRequest& output, const PackingProblem& problem)
+      : request_(request), output_(output), problem_(problem) {}
   StateFiles(const StateFiles&) = delete;
   StateFiles& operator=(const StateFiles&) = delete;
 
-  Checkpoints checkpoints();
+  /// Nothing if no state is requested.
+  std::optional<Checkpoints> checkpoints();
   /// Whether the last checkpoint has been written; empty if none was due.
   std::optional<bool> saved() const { return saved_; }
   /// Whether one has been written.
@@ -44,6 +47,7 @@ class StateFiles {
   void save(const PackingState& state);
 
   const Request& request_;
+  const OutputRequest& output_;
   const PackingProblem& problem_;
   std::optional<bool> saved_;
   bool savedAny_ = false;
@@ -62,13 +66,20 @@ struct ResultState {
 std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const std::filesystem::path& file,
                                             const ResultState& result, const FilesOfState& together);
 
-/// Writes the state of a result of which no cells are written. All ranks call. @return false, with a warning,
-/// if that fails
-bool savedAlone(const Problem& problem, const std::filesystem::path& file, const ResultState& result);
+/// Writes the state of a result of which no cells are written, or in place of the last checkpoint. All ranks
+/// call. Pre: a state is requested. @return false, with a warning, if that fails
+bool saveResult(const Problem& problem, const OutputRequest& output, const ResultState& result);
+bool saveAsCheckpoint(const Problem& problem, const OutputRequest& output, const ResultState& result);
 
-/// Removes the checkpoint of a run that has ended with a result. One rank calls.
+/// Makes the folder of the state, if one is requested. All ranks call.
+void makeStateFolder(const OutputRequest& output, const Communicator& ranks);
+
+/// The checkpoint of a run that is to write a state. Pre: a state is requested
+std::filesystem::path checkpointFile(const OutputRequest& output);
+
+/// Removes the checkpoint of a run that has ended with a result. One rank calls. Pre: a state is requested
 /// @param own whether the run has saved one
-void removeCheckpoint(const Request& request, bool own);
+void removeCheckpoint(const Request& request, const OutputRequest& output, bool own);
 
 /// The state from which a run continues. All ranks call.
 /// @throws InputError on all ranks

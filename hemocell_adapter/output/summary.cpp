@@ -127,7 +127,7 @@ std::vector<std::string> regionLines(const Problem& problem, const std::vector<P
                                      const std::vector<std::int64_t>& counts) {
   std::vector<std::string> lines;
   const double reference = problem.referenceVolume();
-  for (std::size_t r = 0; r < problem.lumen.regions.size(); ++r) {
+  for (std::size_t r = 0; r < problem.layout.regions.size(); ++r) {
     std::int64_t cells = 0;
     double volume = 0.0;
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -138,21 +138,21 @@ std::vector<std::string> regionLines(const Problem& problem, const std::vector<P
       volume += double(here) * meanVolume(parts[p].cells, problem.shapes);
       if (!parts[p].cells.freedom.fixed) continue;
       parts[p].cells.forEachStart([&](int shape, const Pose& pose) {
-        if (regionAt(problem.lumen.regions, pose.position) != int(r)) return;
+        if (regionAt(problem.layout.regions, pose.position) != int(r)) return;
         ++cells;
         volume += problem.shapes[shape]->volume();
       });
     }
     lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
-                                problem.lumen.regions[r].name,
-                                volume / (reference * problem.lumen.regions[r].share), cells));
+                                problem.layout.regions[r].name,
+                                volume / (reference * problem.layout.regions[r].share), cells));
   }
   return lines;
 }
 
 std::vector<std::string> profileLines(const Problem& problem,
                                       const std::vector<std::vector<double>>& reached) {
-  const DepthProfile& profile = *problem.profile;
+  const DepthProfile& profile = *problem.layout.profile;
   std::vector<std::string> lines;
   for (int j = 0; j < profile.shells(); ++j) {
     std::string line =
@@ -198,16 +198,15 @@ std::vector<std::string> headLines(const Problem& problem) {
   if (problem.simulation) lines.push_back(fmt::format("Case: {}", problem.simulation->file.string()));
   for (std::string& line : lumenLines(problem)) lines.push_back(std::move(line));
   if (const auto& discharge = problem.request.dischargeHematocrit)
-    lines.push_back(
-        fmt::format("Discharge hematocrit {:.15g}: hematocrit {:.4f} in the lumen, {:.4g} µm in diameter "
-                    "(Fåhraeus effect, Pries 1990)",
-                    *discharge, *problem.request.hematocrit,
-                    *hydraulicDiameter(*problem.lumen.container, endAxes(problem))));
-  else if (problem.request.hematocrit) {
+    lines.push_back(fmt::format(
+        "Discharge hematocrit {:.15g}: hematocrit {:.4f} in the lumen, {:.4g} µm in diameter "
+        "(Fåhraeus effect, Pries 1990)",
+        *discharge, *problem.hematocrit, *hydraulicDiameter(*problem.lumen.container, endAxes(problem))));
+  else if (problem.hematocrit) {
     std::string convention = problem.request.redCellVolume ? fmt::format("red cells counted as {:.15g} µm³",
                                                                          *problem.request.redCellVolume)
                                                            : std::string("by mesh volume");
-    lines.push_back(fmt::format("Requested hematocrit: {:.15g} of the {}, {}", *problem.request.hematocrit,
+    lines.push_back(fmt::format("Requested hematocrit: {:.15g} of the {}, {}", *problem.hematocrit,
                                 problem.request.fluidVolume ? "fluid nodes" : "lumen", convention));
   }
   for (const CellSpecies& species : problem.species) {
@@ -220,10 +219,10 @@ std::vector<std::string> headLines(const Problem& problem) {
   }
   for (const CellSpecies& species : problem.species)
     for (const std::string& line : constraintLines(species, problem.demanded.wall)) lines.push_back(line);
-  for (const LumenRegion& region : problem.lumen.regions)
+  for (const LumenRegion& region : problem.layout.regions)
     lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
                                 region.hematocrit, 100.0 * region.share));
-  if (problem.profile) lines.push_back("Profile: " + problem.profile->source);
+  if (problem.layout.profile) lines.push_back("Profile: " + problem.layout.profile->source);
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",

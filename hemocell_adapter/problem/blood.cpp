@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/problem/own_meshes.h"
+#include "hemocell_adapter/problem/make_species.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
@@ -37,24 +37,24 @@ std::optional<int> periodicAxis(const Vec3& period) {
 }
 
 /// The axis of a pipe.
-std::optional<int> axisOf(const Problem& problem) {
-  if (problem.request.container && problem.request.container->lumen) {
-    const SolidRequest& body = *problem.request.container->lumen;
+std::optional<int> axisOf(const Scene& scene) {
+  if (scene.request.container && scene.request.container->lumen) {
+    const SolidRequest& body = *scene.request.container->lumen;
     if (body.kind == SolidRequest::Kind::cylinder) return body.axis;
     if (body.openAxis) return body.openAxis;
   }
-  return periodicAxis(problem.lumen.container->period());
+  return periodicAxis(scene.lumen.container->period());
 }
 
 /// A piece of blood in the coordinates of a lumen.
 class Piece {
  public:
-  Piece(const StateCells& blood, const Problem& problem) : low_(blood.box.lo), period_(blood.period) {
-    const Container& lumen = *problem.lumen.container;
+  Piece(const StateCells& blood, const Scene& scene) : low_(blood.box.lo), period_(blood.period) {
+    const Container& lumen = *scene.lumen.container;
     const Vec3 size = blood.box.size();
     int longest = 0;
     size.maxCoeff(&longest);
-    if (const auto axis = axisOf(problem))
+    if (const auto axis = axisOf(scene))
       shift_ = (*axis - periodicAxis(blood.period).value_or(longest) + 3) % 3;
     const Box bounds = lumen.bounds();
     for (int k = 0; k < 3; ++k) {
@@ -131,30 +131,30 @@ struct Fitting {
   std::vector<std::size_t> apart, crowded;
 };
 
-Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
-  const Physics physics = physicsOf(problem);
+Fitting fitting(const Scene& scene, const std::vector<Copy>& copies) {
+  const Physics physics = physicsOf(scene);
   std::vector<char> fits(copies.size(), 0);
-  problem.team.forEach(std::int64_t(copies.size()), [&](std::int64_t i, int) {
-    const PlacedCell cell = problem.placed(copies[i].species, copies[i].cell);
-    const Wall* const wall = problem.lumen.container->wall();
+  scene.team.forEach(std::int64_t(copies.size()), [&](std::int64_t i, int) {
+    const PlacedCell cell = scene.placed(copies[i].species, copies[i].cell);
+    const Wall* const wall = scene.lumen.container->wall();
     fits[i] =
-        !(wall && wall->examine({problem.shapes[cell.shape]->hierarchy(), cell.placement}, 0.0).violation) &&
-        !hemocellViolation(problem, cell, Loading::plugIn);
+        !(wall && wall->examine({scene.shapes[cell.shape]->hierarchy(), cell.placement}, 0.0).violation) &&
+        !hemocellViolation(scene, cell, Loading::plugIn);
   });
   // Cells that exist already stay.
   std::vector<PlacedCell> cells;
-  for (std::size_t s = 0; s < problem.species.size(); ++s)
-    for (const auto* const present : {&problem.species[s].fixed, &problem.species[s].start})
-      for (const PresentCell& cell : *present) cells.push_back(problem.placed(int(s), cell));
+  for (std::size_t s = 0; s < scene.species.size(); ++s)
+    for (const auto* const present : {&scene.species[s].fixed, &scene.species[s].start})
+      for (const PresentCell& cell : *present) cells.push_back(scene.placed(int(s), cell));
   const auto others = std::int64_t(cells.size());
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < copies.size(); ++i) {
     if (!fits[i]) continue;
     numbers.push_back(i);
-    cells.push_back(problem.placed(copies[i].species, copies[i].cell));
+    cells.push_back(scene.placed(copies[i].species, copies[i].cell));
   }
   std::vector<char> leaves(cells.size(), 0);
-  for (const OverlappingPair& pair : findOverlaps(certificateInputOf(physics, cells, problem.team)))
+  for (const OverlappingPair& pair : findOverlaps(certificateInputOf(physics, cells, scene.team)))
     if (!leaves[pair.first] && pair.second >= others) leaves[pair.second] = 1;
   Fitting found;
   for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -177,29 +177,30 @@ void requireWide(const StateCells& blood, const std::string& file) {
   }
 }
 
-/// How many cells of each kind of the piece there are to be, unless that is requested: those that fit, or, if
-/// the number of red cells is requested, as many per red cell as in the piece.
-void settleCounts(Problem& problem, const StateCells& blood, const std::vector<int>& speciesOf) {
-  const std::string file = problem.request.blood->string();
+/// The species with the numbers of cells of each kind of the piece, unless those are requested: those that
+/// fit, or, if the number of red cells is requested, as many per red cell as in the piece.
+std::vector<CellSpecies> countedAsIn(const StateCells& blood, const std::vector<int>& speciesOf,
+                                     std::vector<CellSpecies> all, const Request& request, Notices& notices) {
+  const std::string file = request.blood->string();
   std::int64_t redCells = 0;
-  bool countsRedCells = problem.request.hematocrit.has_value();
+  bool countsRedCells = request.hematocrit.has_value();
   for (const Cell& cell : blood.cells) {
-    CellSpecies& species = problem.species[speciesOf[cell.species]];
+    CellSpecies& species = all[speciesOf[cell.species]];
     ++species.blood.cells;
     redCells += species.redCell;
   }
-  for (const CellSpecies& species : problem.species) {
-    const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
+  for (const CellSpecies& species : all) {
+    const SpeciesRequest* const asked = findSpecies(request, species.name);
     countsRedCells = countsRedCells || (species.redCell && asked && asked->count);
   }
-  for (CellSpecies& species : problem.species) {
-    const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
+  for (CellSpecies& species : all) {
+    const SpeciesRequest* const asked = findSpecies(request, species.name);
     if (!asked || !asked->inBlood) continue;
     if (species.blood.cells > 0 && species.start.empty())
-      problem.notices.push_back(fmt::format("{}: no copy of its {} cells '{}' fits into the lumen", file,
-                                            species.blood.cells, species.name));
+      notices.warnings.push_back(fmt::format("{}: no copy of its {} cells '{}' fits into the lumen", file,
+                                             species.blood.cells, species.name));
     if (species.startFrom.empty()) species.startFrom = file;
-    const bool determined = asked->count || asked->ratio || (problem.request.hematocrit && species.redCell);
+    const bool determined = asked->count || asked->ratio || (request.hematocrit && species.redCell);
     if (determined) continue;
     species.statedCount.reset();
     if (countsRedCells && redCells > 0 && !species.redCell && species.fixed.empty())
@@ -207,20 +208,35 @@ void settleCounts(Problem& problem, const StateCells& blood, const std::vector<i
     else
       species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
   }
+  return all;
+}
+
+/// The cells of blood, which lose their vertices. References blood and species.
+CellsOfFile takeCells(StateCells& blood, const std::vector<int>& speciesOf, const std::string& file) {
+  CellsOfFile all{file, {}, {}, {}};
+  for (Cell& cell : blood.cells) {
+    PresentCell& present = all.cells.emplace_back(posLineOf(cell.pose));
+    present.vertices = std::move(cell.vertices);
+  }
+  all.species = [&](std::size_t i) { return speciesOf[blood.cells[i].species]; };
+  all.triangles = [&](std::size_t i) -> const std::vector<Triangle>& {
+    return blood.species[blood.cells[i].species].mesh.triangles;
+  };
+  return all;
 }
 
 }  // namespace
 
-void addBlood(Problem& problem) {
-  if (!problem.request.blood) return;
-  const std::string file = problem.request.blood->string();
-  StateCells blood = cellsFrom(*problem.request.blood, Communicator());
+Scene withBlood(Scene scene, Notices& notices) {
+  if (!scene.request.blood) return scene;
+  const std::string file = scene.request.blood->string();
+  StateCells blood = cellsFrom(*scene.request.blood, Communicator());
   if (blood.box.empty() || !(blood.box.size().minCoeff() > 0.0))
     throw InputError(file + ": has no lumen whose size its cells could be repeated by");
   requireWide(blood, file);
-  const Piece piece(blood, problem);
-  if (piece.repeatsWalls() && !problem.request.profile)
-    problem.notices.push_back(
+  const Piece piece(blood, scene);
+  if (piece.repeatsWalls() && !scene.request.profile)
+    notices.warnings.push_back(
         file +
         ": the lumen is larger than that of these cells, whose walls are repeated inside it, with the plasma "
         "and the platelets that were there. " +
@@ -232,44 +248,39 @@ void addBlood(Problem& problem) {
   for (const StateCells::Kind& kind : blood.species) {
     const auto same = [&](const CellSpecies& species) { return species.name == kind.name; };
     speciesOf.push_back(
-        int(std::find_if(problem.species.begin(), problem.species.end(), same) - problem.species.begin()));
+        int(std::find_if(scene.species.begin(), scene.species.end(), same) - scene.species.begin()));
   }
-  std::vector<OwnMesh> meshes;
-  std::vector<PresentCell> cells(blood.cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    Cell& cell = blood.cells[i];
-    static_cast<PosLine&>(cells[i]) = posLineOf(cell.pose);
-    cells[i].vertices = std::move(cell.vertices);
-    if (!cells[i].vertices.empty())
-      meshes.push_back({&cells[i], speciesOf[cell.species], &blood.species[cell.species].mesh.triangles});
-  }
-  addOwnMeshes(problem, meshes, file, SelfIntersecting::undeform);
-  for (const OwnMesh& mesh : meshes)
-    if (mesh.cell->shape >= 0) problem.species[mesh.species].blood.shapes.push_back(mesh.cell->shape);
+  const ShapedCells shaped = makeShapes(takeCells(blood, speciesOf, file), scene.species, scene.shapes.size(),
+                                        SelfIntersecting::undeform, scene.team, notices);
+  scene.shapes.insert(scene.shapes.end(), shaped.shapes.begin(), shaped.shapes.end());
+  for (std::size_t i = 0; i < shaped.cells.size(); ++i)
+    if (shaped.cells[i].shape >= 0)
+      scene.species[speciesOf[blood.cells[i].species]].blood.shapes.push_back(shaped.cells[i].shape);
   std::vector<Copy> copies;
-  const Box bounds = problem.lumen.container->bounds();
-  for (std::size_t i = 0; i < cells.size(); ++i)
+  const Box bounds = scene.lumen.container->bounds();
+  for (std::size_t i = 0; i < shaped.cells.size(); ++i)
     piece.forEachCopy(blood.cells[i].pose, bounds, [&](const Pose& pose) {
       PresentCell copy = posLineOf(pose);
-      copy.shape = cells[i].shape;
+      copy.shape = shaped.cells[i].shape;
       copies.push_back({speciesOf[blood.cells[i].species], copy});
     });
-  const Fitting found = fitting(problem, copies);
-  for (const std::size_t i : found.apart) problem.species[copies[i].species].start.push_back(copies[i].cell);
+  const Fitting found = fitting(scene, copies);
+  for (const std::size_t i : found.apart) scene.species[copies[i].species].start.push_back(copies[i].cell);
   for (const std::size_t i : found.crowded)
-    problem.species[copies[i].species].blood.crowded.push_back(copies[i].cell);
-  settleCounts(problem, blood, speciesOf);
+    scene.species[copies[i].species].blood.crowded.push_back(copies[i].cell);
+  scene.species = countedAsIn(blood, speciesOf, std::move(scene.species), scene.request, notices);
+  return scene;
 }
 
-std::vector<LikeCell> likeThoseThere(const Problem& problem, const std::vector<Pose>& there,
-                                     std::int64_t count, std::uint32_t stream) {
+std::vector<LikeCell> likeThoseThere(const Scene& scene, const std::vector<Pose>& there, std::int64_t count,
+                                     std::uint32_t stream) {
   std::vector<LikeCell> cells;
-  if (there.empty() || !problem.lumen.container->wall()) return cells;
-  const SideWall wall(problem.lumen.container, endAxes(problem));
+  if (there.empty() || !scene.lumen.container->wall()) return cells;
+  const SideWall wall(scene.lumen.container, endAxes(scene));
   if (!wall.exists()) return cells;
-  const std::uint64_t seed = problem.request.seed;
-  const Box bounds = problem.lumen.container->bounds();
-  const std::optional<int> axis = axisOf(problem);
+  const std::uint64_t seed = scene.request.seed;
+  const Box bounds = scene.lumen.container->bounds();
+  const std::optional<int> axis = axisOf(scene);
   for (std::int64_t n = 0; n < count; ++n) {
     poll();
     const double chosen = uniform4(seed, RandomStream::draw, std::uint64_t(n), stream)[0];

@@ -9,15 +9,15 @@
 
 namespace packmesh::hemocell {
 
-/// Adds the cells of Request::blood to those that the species start from. The piece is repeated along all its
-/// axes, by its periods or, where it has none, by the size of its box; it begins at the low end of the lumen
-/// along periodic axes, is centred along the others, and is turned so that its axis is that of the lumen, if
-/// that has one. Where both are periodic, distances between cells are changed by up to a tenth if a whole
-/// number of pieces fits then. Cells that are not in the lumen, or that HemoCell would delete, are left out;
-/// those that meet cells before them start further ones. The same on every number of
-/// ranks. Does not communicate. Pre: the problem has its lumen, its species and their shapes
+/// A scene with the cells of Request::blood among those that its species start from. The piece is repeated
+/// along all its axes, by its periods or, where it has none, by the size of its box; it begins at the low end
+/// of the lumen along periodic axes, is centred along the others, and is turned so that its axis is that of
+/// the lumen, if that has one. Where both are periodic, distances between cells are changed by up to a tenth
+/// if a whole number of pieces fits then. Cells that are not in the lumen, or that HemoCell would delete, are
+/// left out; those that meet cells before them start further ones. The same on every number of ranks. Does
+/// not communicate.
 /// @throws InputError if the state does not fit the species
-void addBlood(Problem& problem);
+Scene withBlood(Scene scene, Notices& notices);
 
 /// Where a further cell starts, and which cell of the blood it is like.
 struct LikeCell {
@@ -29,7 +29,7 @@ struct LikeCell {
 /// random place as far from the wall, turned as the wall is (in a pipe about its axis), so that the layers of
 /// the blood stay what they are. None where there is no wall. Every rank computes all of them. @param stream
 /// of the random numbers
-std::vector<LikeCell> likeThoseThere(const Problem& problem, const std::vector<Pose>& there,
-                                     std::int64_t count, std::uint32_t stream);
+std::vector<LikeCell> likeThoseThere(const Scene& scene, const std::vector<Pose>& there, std::int64_t count,
+                                     std::uint32_t stream);
 
 }  // namespace packmesh::hemocell

@@ -79,14 +79,14 @@ void warnOfUnknownCalls(const CaseSource& source, const std::vector<std::string>
 
 }  // namespace
 
-void settleDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan>& all,
-                              std::vector<std::string>& warnings) {
+std::vector<SpeciesPlan> withDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan> all,
+                                                std::vector<std::string>& warnings) {
   if (simulation.running) {
     for (SpeciesPlan& species : all) {
       species.minimumDistanceFromSolid = simulation.running->cell(species.name)->minimumDistanceFromSolid;
       species.distanceFromSolidOrigin = "of the running HemoCell";
     }
-    return;
+    return all;
   }
   const CaseSource& source = simulation.source;
   std::vector<std::string> unstated;
@@ -136,6 +136,7 @@ void settleDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan>& 
           !known ? "assumed" : fmt::format("not set in {}", fmt::join(source.files, ", "));
     }
   }
+  return all;
 }
 
 namespace {

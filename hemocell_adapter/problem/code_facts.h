@@ -19,9 +19,9 @@ namespace packmesh::hemocell {
 std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* simulation,
                                             std::vector<std::string>& warnings);
 
-/// The minimum distance from solid of each species: as specified, otherwise from the code (or of the running
-/// system), otherwise 0; warnings as above, and if there is no code.
-void settleDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan>& all,
-                              std::vector<std::string>& warnings);
+/// The species with their minimum distances from solid: as specified, otherwise from the code (or of the
+/// running system), otherwise 0; warnings as above, and if there is no code.
+std::vector<SpeciesPlan> withDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan> all,
+                                                std::vector<std::string>& warnings);
 
 }  // namespace packmesh::hemocell

@@ -10,7 +10,6 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/units.h"
-#include "hemocell_adapter/problem/checkpoints.h"
 #include "hemocell_adapter/problem/choose_species.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
@@ -20,14 +19,6 @@
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Where the outputs are: the folder of the case, and the state in it.
-void chooseOutputs(Request& request, const Case* simulation) {
-  OutputRequest& output = request.output;
-  if (output.folder.empty()) output.folder = simulation ? simulation->folder : std::filesystem::path(".");
-  if (!output.stateFile && (output.checkpointEvery > 0.0 || request.restart))
-    output.stateFile = request.restart ? resultOf(*request.restart) : output.folder / "state.h5";
-}
 
 /// A box from the command line is packed with cells that HemoCell keeps; under the name packCells it is
 /// periodic, as there. A running system is periodic where it says so.
@@ -64,11 +55,6 @@ void checkApplicability(const Request& request, const Case* simulation) {
   }
   if (request.method == Method::cat && !hasCat())
     refuseStated(request, "method", "this packMesh was built without 'cat' (CMake: -DPACKMESH_CAT=ON)");
-  if (request.output.reportFile && request.output.reportFile->extension() != ".json" &&
-      request.output.reportFile->extension() != ".html")
-    refuseStated(request, "report",
-                 fmt::format("expected a file that ends in .json or .html, found '{}'",
-                             request.output.reportFile->string()));
   const bool ownBody = request.container && request.container->lumen;
   const bool boxLumen = ownBody ? request.container->lumen->kind == SolidRequest::Kind::box
                                 : !simulation || !simulation->domain.geometry || request.container;
@@ -84,11 +70,6 @@ void checkApplicability(const Request& request, const Case* simulation) {
   if (request.inColumns && request.boxSize && !ownBody && !request.periodicEnds.value_or(false))
     throw InputError(fmt::format("columns ({}, <order>) take a box that is periodic along all axes: {} {}",
                                  named("order"), named("box"), named("ends", "periodic")));
-  if (request.largestClearance && request.output.stateFile)
-    throw UsageError(fmt::format(
-        "the largest clearance ({}) requires many packings, and a state belongs to one: omit {} and {}, or "
-        "state a clearance",
-        named("clearance", "max"), named("state"), named("checkpoint-every")));
   if (request.largestClearance && request.cat.usesReserve())
     throw UsageError(named("clearance", "max") + ": it is not searched for with " + named("escape"));
   if (request.keepAll && ownBody)
@@ -115,32 +96,6 @@ void warnOfUnits(const Request& request, const Case* simulation, std::vector<std
                     simulation->domain.geometry->filename().string()));
 }
 
-/// What a configuration requests beside the cells belongs to the run that packs them: `check` writes what its
-/// command line requests.
-void onlyOutputsOf(const OutputRequest& options, OutputRequest& output) {
-  output.exports = options.exports;
-  output.povScene = options.povScene;
-  output.vtp = options.vtp;
-  output.vtpMeshes = options.vtpMeshes;
-  output.reportFile = options.reportFile;
-}
-
-/// A restart of one of several realisations continues with the following ones, in the folder that contains
-/// them all.
-void continueRealisations(Request& request) {
-  if (request.realisations == 1 || !request.restart) return;
-  OutputRequest& output = request.output;
-  const auto place = placeInSeries(*request.restart, request.realisations);
-  if (!place)
-    throw UsageError(fmt::format(
-        "{}: realisations continue from the state of one of them, where it was written: {}; found '{}'",
-        heading("restart"),
-        (output.folder / realisationFolder(1, request.realisations) / "state.h5").string(),
-        request.restart->string()));
-  output.realisation = place->realisation;
-  output.folder = place->seriesFolder;
-}
-
 /// Of a hematocrit and a discharge hematocrit there is one, after overriding. Until the lumen is known, the
 /// discharge hematocrit stands for that of the lumen.
 void settleHematocrit(Request& request) {
@@ -152,27 +107,6 @@ void settleHematocrit(Request& request) {
         fmt::format("{} and {} exclude each other", named("hematocrit"), named("discharge-hematocrit")));
   }
   request.hematocrit = request.dischargeHematocrit;
-}
-
-/// What packing and checking have in common.
-/// @return whether cells of states have meshes of their own
-bool settle(CompletedRequest& completed) {
-  Request& request = completed.request;
-  const Case* simulation = completed.simulation.get();
-  const bool deformed = nameSpeciesOfStates(request);
-  settleHematocrit(request);
-  chooseOutputs(request, simulation);
-  chooseEnds(request, simulation);
-  if (simulation) request.dx = simulation->domain.dx;
-  warnOfUnits(request, simulation, completed.warnings);
-  if (request.packCellsConventions && !request.redCellVolume) request.redCellVolume = packCellsRedCellVolume;
-  checkApplicability(request, simulation);
-  continueRealisations(request);
-  if (!simulation || !simulation->running)
-    completed.preInlet = choosePreInlet(request, simulation, completed.warnings);
-  if (request.ignoredScale)
-    completed.warnings.push_back(named("scale") + " is ignored: there is no neighbour grid to tune");
-  return deformed;
 }
 
 /// The case; of a run that continues, which names a file in the working directory, that may also be the
@@ -188,56 +122,42 @@ std::filesystem::path caseFileOf(const Request& asked) {
                   file.string(), asked.restart->string()));
 }
 
-CompletedRequest begun(const Request& asked, std::shared_ptr<const Case> running) {
+/// What packing and checking have in common: the request of a case or of none, overridden by a front end.
+CompletedRequest complete(const Request& asked, std::shared_ptr<const Case> running) {
   requireConsistent(asked);
   CompletedRequest completed;
   completed.simulation = std::move(running);
   if (!completed.simulation && asked.config)
     completed.simulation = std::make_shared<const Case>(readCase(caseFileOf(asked)));
-  completed.request = overridden(completed.simulation ? completed.simulation->packing : Request(), asked);
+  const Case* const simulation = completed.simulation.get();
+  completed.request = overridden(simulation ? simulation->packing : Request(), asked);
   completed.request.asked = std::make_shared<const Request>(asked);
   completed.warnings = asked.remarks;
+  Request& request = completed.request;
+  completed.deformed = nameSpeciesOfStates(request);
+  settleHematocrit(request);
+  chooseEnds(request, simulation);
+  if (simulation) request.dx = simulation->domain.dx;
+  warnOfUnits(request, simulation, completed.warnings);
+  if (request.packCellsConventions && !request.redCellVolume) request.redCellVolume = packCellsRedCellVolume;
+  checkApplicability(request, simulation);
+  if (!simulation || !simulation->running)
+    completed.preInlet = choosePreInlet(request, simulation, completed.warnings);
+  if (request.ignoredScale)
+    completed.warnings.push_back(named("scale") + " is ignored: there is no neighbour grid to tune");
   return completed;
 }
 
 }  // namespace
 
 CompletedRequest requestToPack(const Request& asked, std::shared_ptr<const Case> running) {
-  CompletedRequest completed = begun(asked, std::move(running));
-  const Case* simulation = completed.simulation.get();
-  const bool deformed = settle(completed);
-  OutputRequest& output = completed.request.output;
-  if (deformed && !output.stateFile && !(simulation && simulation->running))
-    output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
-  completeSpecies(completed.request, simulation, completed.warnings);
+  CompletedRequest completed = complete(asked, std::move(running));
+  completeSpecies(completed.request, completed.simulation.get(), completed.warnings);
   return completed;
 }
 
-CompletedRequest requestToCheck(const Request& asked, const std::optional<std::filesystem::path>& folder) {
-  CompletedRequest completed = begun(asked, nullptr);
-  onlyOutputsOf(asked.output, completed.request.output);
-  settle(completed);
-  if (folder) completed.request.output.folder = *folder;
-  return completed;
-}
-
-std::vector<std::filesystem::path> foldersToCheck(const Request& request) {
-  if (!request.startStates.empty()) return {};
-  const std::filesystem::path& folder = request.output.folder;
-  std::vector<std::filesystem::path> folders = realisationFoldersIn(folder);
-  if (folders.empty()) return folders;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (entry.path().extension() == ".pos") {
-      folders.insert(folders.begin(), folder);
-      break;
-    }
-  if (request.output.asksForViews())
-    throw UsageError(fmt::format(
-        "reports, scenes, VTK files and exports of a check are of one folder: name one of the realisations "
-        "by {}",
-        named("output-dir")));
-  return folders;
+CompletedRequest requestToCheck(const Request& asked) {
+  return complete(asked, nullptr);
 }
 
 }  // namespace packmesh::hemocell

@@ -2,7 +2,6 @@
 /// @file What a command line and a case ask for, with defaults and contradictions settled.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,12 +13,14 @@
 
 namespace packmesh::hemocell {
 
-/// A request for a case or for none, of which nothing is left open.
+/// A request for a case or for none, of which nothing is left open, apart from what is written
+/// (output/requested_outputs.h).
 struct CompletedRequest {
   Request request;
   std::shared_ptr<const Case> simulation;  ///< nullptr: none
   std::optional<PreInletPlace> preInlet;   ///< of a case whose pre-inlet is packed
   std::vector<std::string> warnings;       ///< how the input was interpreted, for the user
+  bool deformed = false;                   ///< cells of states have meshes of their own
 };
 
 /// What is to be packed: the `<packing>` section of the case, overridden by what a front end states.
@@ -27,13 +28,8 @@ struct CompletedRequest {
 /// @throws UsageError, InputError
 CompletedRequest requestToPack(const Request& asked, std::shared_ptr<const Case> running = nullptr);
 
-/// What is to be checked. @param folder of the .pos files, regardless of other settings
+/// What is to be checked.
 /// @throws UsageError, InputError
-CompletedRequest requestToCheck(const Request& asked,
-                                const std::optional<std::filesystem::path>& folder = {});
-
-/// What `check` examines if its folder has realisations: .pos files beside them, and each of them; else
-/// nothing. @throws UsageError if outputs are requested, which are of one folder
-std::vector<std::filesystem::path> foldersToCheck(const Request& request);
+CompletedRequest requestToCheck(const Request& asked);
 
 }  // namespace packmesh::hemocell

@@ -160,8 +160,9 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.effectiveFraction +=
         room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
   }
-  for (int j = 0; problem.profile && j < problem.profile->shells(); ++j)  // the densest part decides
-    forecast.effectiveFraction = std::max(forecast.effectiveFraction, problem.profile->askedIn(j));
+  for (int j = 0; problem.layout.profile && j < problem.layout.profile->shells();
+       ++j)  // the densest part decides
+    forecast.effectiveFraction = std::max(forecast.effectiveFraction, problem.layout.profile->askedIn(j));
   forecast.fraction = volume / lumen;
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
   if (forecast.effectiveFraction > Forecast::possible) return forecast;

@@ -42,7 +42,6 @@ struct Lumen {
   bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
   bool acceptedOnly = false;         ///< packing observes HemoCell's acceptance rules
   bool solidWalls = true;            ///< false: its boundaries are faces through which blood flows
-  std::vector<LumenRegion> regions;  ///< empty: one hematocrit for all of it; else the last is the rest
   std::string note;                  ///< for readers: what container->describe() does not contain
   std::vector<std::string> notices;  ///< assumptions the user should know of
   std::vector<std::string> repairs;  ///< of meshes

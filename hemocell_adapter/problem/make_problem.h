@@ -2,6 +2,7 @@
 /// @file Making a problem of a request, and of the problem what is packed.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -13,8 +14,8 @@
 
 namespace packmesh::hemocell {
 
-/// Tells the user how a problem was built.
-void logNotices(const Problem& problem);
+/// Tells the user how something was built.
+void tell(const Notices& notices);
 
 /// The problem of packing: shapes, lumen, walls, counts, and what is packed with the clearances demanded.
 /// Does not communicate.
@@ -23,31 +24,28 @@ void logNotices(const Problem& problem);
 Problem problemToPack(const CompletedRequest& completed, const Communicator& ranks = {});
 
 /// The problem of examining cells: the species of .pos files or states, and their lumen. Their counts are 0.
+/// @param folder of the .pos files
 /// @throws UsageError, InputError, MeshError
-Problem problemToCheck(const CompletedRequest& completed, const Communicator& ranks = {});
+Problem problemToCheck(const CompletedRequest& completed, const std::filesystem::path& folder,
+                       const Communicator& ranks = {});
 
-/// The problem of packing a larger box with cells that are there: those of `result`, whose species are the
-/// problem's, with all images of a cell in succession. All ranks call; each gets all cells.
-/// @param clearances that the packing has
-/// @throws InputError as requireTileable()
-Problem tiledProblem(const Problem& problem, const Clearances& clearances, const PackingResult& result);
+/// The problem of packing cells that are where they are to be.
+/// @param clearances that they have
+Problem problemWithCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
+                         const Clearances& clearances, const Communicator& ranks);
 
 /// The problem with the numbers of cells in the shells of its profile corrected by a packing of it
 /// (correctedProfile()). All ranks call. Pre: it has a profile
-Problem withCorrectedProfile(const Problem& problem, const PackingResult& packed);
-
-/// @throws InputError if the box is not periodic along an axis along which it is repeated, or if there are
-///   too many cells
-void requireTileable(const Problem& problem);
+Problem withCorrectedProfile(Problem problem, const PackingResult& packed);
 
 /// What HemoCell cannot do with this number of cells of each species (see hemocell_limits.h).
-std::vector<std::string> limitWarnings(const Problem& problem, const std::vector<std::int64_t>& counts);
+std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts);
 
 /// The engine of Method::cat with the settings of the request.
 std::shared_ptr<const Engine> engineFor(const Problem& problem, const PackedParts& parts);
 
 /// What the library packs. `interrupted` and `progress` are passed on. The certificate refers to the numbers
-/// that formatPosLines() writes. References the problem.
+/// that formatPosLines() writes. References nothing of the problem.
 PackingProblem packingProblemOf(const Problem& problem, const PackedParts& parts,
                                 std::function<bool()> interrupted = {},
                                 std::function<void(const Progress&)> progress = {});

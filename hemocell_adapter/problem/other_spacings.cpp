@@ -148,8 +148,8 @@ TriangleMesh templateAt(const CellSpecies& species, double dx) {
 
 }  // namespace
 
-void addOtherSpacings(const Request& request, const Case* simulation,
-                      const std::optional<PreInletPlace>& preInlet, Lumen& lumen) {
+Lumen withOtherSpacings(Lumen lumen, const Request& request, const Case* simulation,
+                        const std::optional<PreInletPlace>& preInlet) {
   for (const double other : request.alsoDx) {
     if (other == request.dx) continue;
     if (preInlet || (simulation && simulation->running) || lumen.periodic || (!simulation && !lumen.keptBox))
@@ -173,6 +173,7 @@ void addOtherSpacings(const Request& request, const Case* simulation,
     const bool framed = simulation->domain.geometry && !request.container;
     lumen.others.push_back({other, Vec3::Constant(framed ? other - request.dx : 0.0), there.lattice});
   }
+  return lumen;
 }
 
 std::vector<OtherAcceptance> otherAcceptances(const CellSpecies& species, const Lumen& lumen) {

@@ -10,12 +10,12 @@
 
 namespace packmesh::hemocell {
 
-/// Adds the lattices of the other spacings of the request to a lumen. A refined case has the same extent: as
+/// A lumen with the lattices of the other spacings of the request. A refined case has the same extent: as
 /// many nodes more as the spacing is smaller. Of a box without a case only what is kept at every spacing
 /// remains.
 /// @throws InputError if the extent is not a whole number of nodes at a spacing, or cells may cross ends
-void addOtherSpacings(const Request& request, const Case* simulation,
-                      const std::optional<PreInletPlace>& preInlet, Lumen& lumen);
+Lumen withOtherSpacings(Lumen lumen, const Request& request, const Case* simulation,
+                        const std::optional<PreInletPlace>& preInlet);
 
 /// The acceptance of a species at the other spacings of a lumen. Pre: the species has its shape
 std::vector<OtherAcceptance> otherAcceptances(const CellSpecies& species, const Lumen& lumen);

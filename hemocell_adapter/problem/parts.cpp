@@ -14,13 +14,14 @@
 #include "hemocell_adapter/problem/blood.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/other_spacings.h"
-#include "hemocell_adapter/problem/shell_start.h"
 #include "hemocell_adapter/problem/solid.h"
 #include "packMesh/container/body_region.h"
 #include "packMesh/container/depth_shell.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/placement/placement.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -30,6 +31,12 @@ constexpr double noticeable = 0.1;
 
 /// Cells of a shell may leave it by this part of its thickness, so that no shell can be jammed by itself.
 constexpr double overlapOfShells = 0.2;
+
+/// Points that are tried, at most: for each cell, and besides.
+constexpr std::int64_t triesOfCell = 2000, fewestTries = 100000;
+
+/// Purposes of the random numbers of poses, beside those of placeRandomly().
+constexpr std::uint32_t ownPurpose = 1 << 20;
 
 /// Where a cell is at the start.
 struct Start {
@@ -61,14 +68,14 @@ std::vector<Start> startsOf(int s, const std::vector<PresentCell>& present) {
 
 /// Initial poses that coincide: all but the first are displaced slightly, because there is no direction in
 /// which coinciding cells could be separated.
-std::vector<Start> startOf(const Problem& problem, int s) {
+std::vector<Start> startOf(const Scene& scene, int s) {
   constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
-  std::vector<Start> cells = startsOf(s, problem.species[s].start);
+  std::vector<Start> cells = startsOf(s, scene.species[s].start);
   std::set<std::array<double, 3>> taken;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Vec3& at = cells[i].pose.position;
     if (taken.insert({at.x(), at.y(), at.z()}).second) continue;
-    const auto random = uniform4(problem.request.seed, RandomStream::draw, i, std::uint32_t(s));
+    const auto random = uniform4(scene.request.seed, RandomStream::draw, i, std::uint32_t(s));
     at += little * (Vec3(random[0], random[1], random[2]) - Vec3::Constant(0.5));
   }
   return cells;
@@ -104,41 +111,79 @@ std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<doubl
   return sharedOut(std::max<std::int64_t>(0, others), weights);
 }
 
-std::vector<std::int64_t> fixedInRegions(const Problem& problem, const CellSpecies& species) {
-  std::vector<std::int64_t> fixed(problem.lumen.regions.size(), 0);
-  for (const PosLine& line : species.fixed) ++fixed[regionAt(problem.lumen.regions, line.position)];
+std::vector<std::int64_t> countFixed(const CellSpecies& species, const std::vector<LumenRegion>& regions) {
+  std::vector<std::int64_t> fixed(regions.size(), 0);
+  for (const PosLine& line : species.fixed) ++fixed[regionAt(regions, line.position)];
   return fixed;
+}
+
+/// Poses of cells of a species with their centres in the shells of the profile, spread evenly over each: the
+/// first points of one quasirandom sequence over the lumen that lie in it, with random orientations. Fewer
+/// than asked for where hardly a point is in a shell. Every rank computes all of them.
+/// @param counts for each shell
+std::vector<std::vector<Pose>> startInShells(const Scene& scene, const DepthProfile& profile, int species,
+                                             const std::vector<std::int64_t>& counts) {
+  const CellSpecies& cells = scene.species[species];
+  const std::uint32_t purpose = ownPurpose + std::uint32_t(species);
+  const double room = cells.shape->halfThickness();  // between centre and walls, at least [µm]
+  const double least = profile.species[species].freeLayer + room;
+  const double reach = 2.0 * jitter * std::cbrt(cells.shape->volume());
+  Box bounds = scene.lumen.container->bounds();
+  const Vec3 period = scene.lumen.container->period();
+  for (int k = 0; k < 3; ++k)
+    if (period[k] == 0.0) bounds.lo[k] += room, bounds.hi[k] -= room;
+  const auto begin = uniform4(scene.request.seed, RandomStream::begin, 0, purpose);
+  std::int64_t missing = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  const std::int64_t most = std::max(fewestTries, triesOfCell * missing);
+  std::vector<std::vector<Pose>> start(counts.size());
+  for (std::int64_t n = 0; n < most && missing > 0; ++n) {
+    pollAt(std::size_t(n));
+    Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenPoint(begin, std::uint64_t(n)));
+    const auto u = uniform4(scene.request.seed, RandomStream::position, std::uint64_t(n), purpose);
+    p += reach * (Vec3(u[0], u[1], u[2]) - Vec3::Constant(0.5));
+    const double depth = (*profile.depth)(p).distance;
+    if (depth < least) continue;
+    const int shell = profile.shellAt(depth);
+    if (std::int64_t(start[shell].size()) >= counts[shell]) continue;
+    Pose& pose = start[shell].emplace_back();
+    pose.position = p.cwiseMax(bounds.lo).cwiseMin(bounds.hi);
+    --missing;
+    if (!scene.request.rotate) continue;
+    const auto v = uniform4(scene.request.seed, RandomStream::orientation, std::uint64_t(n), purpose);
+    pose.orientation = randomOrientation(cells.cone, v[0], v[1], v[2]);
+  }
+  return start;
 }
 
 class Parting {
  public:
-  Parting(const Problem& problem, const PackedParts& packed)
-      : problem_(problem), packed_(packed), regions_(problem.lumen.regions) {}
+  Parting(const Scene& scene, const Layout& layout, const PackedParts& packed)
+      : scene_(scene), profile_(layout.profile.get()), packed_(packed), regions_(layout.regions) {}
 
   std::vector<Part> operator()() {
     if (!regions_.empty()) shareOutRedCells();
-    for (std::size_t s = 0; s < problem_.species.size(); ++s) divide(int(s));
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
     return std::move(parts_);
   }
 
  private:
   void divide(int s) {
-    const CellSpecies& species = problem_.species[s];
+    const CellSpecies& species = scene_.species[s];
     const auto fixed = std::int64_t(species.fixed.size());
     if (fixed > species.count)
       throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
                                    species.fixedFrom, fixed, species.count, species.name));
     if (fixed > 0) {
-      Part part{s, -1, freeCells(problem_, packed_, s, fixed)};
+      Part part{s, -1, freeCells(scene_, packed_, s, fixed)};
       part.cells.name += ", fixed";
       part.cells.freedom.fixed = true;
       part.cells.freedom.cone.reset();
       add(part, startsOf(s, species.fixed));
     }
-    if (problem_.profile && problem_.profile->species[s].isAsked())
+    if (profile_ && profile_->species[s].isAsked())
       freeInShells(s);
     else if (regions_.empty() || !species.redCell)
-      free(s, -1, species.count - fixed, withBlood(s, species.count - fixed, startOf(problem_, s)));
+      free(s, -1, species.count - fixed, withBlood(s, species.count - fixed, startOf(scene_, s)));
     else
       freeInRegions(s);
   }
@@ -146,24 +191,24 @@ class Parting {
   /// With flowing blood, the starts of all cells: further ones are those of the blood that meet others, or
   /// else like those there.
   std::vector<Start> withBlood(int s, std::int64_t count, std::vector<Start> start) const {
-    const SpeciesRequest* const asked = findSpecies(problem_.request, problem_.species[s].name);
-    if (!problem_.request.blood || !asked || !asked->inBlood) return start;
+    const SpeciesRequest* const asked = findSpecies(scene_.request, scene_.species[s].name);
+    if (!scene_.request.blood || !asked || !asked->inBlood) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
-    for (const Start& cell : drawn(startsOf(s, problem_.species[s].blood.crowded), missing(),
-                                   problem_.request.seed, std::uint64_t(s)))
+    for (const Start& cell : drawn(startsOf(s, scene_.species[s].blood.crowded), missing(),
+                                   scene_.request.seed, std::uint64_t(s)))
       start.push_back(cell);
     std::vector<Pose> there;
     for (const Start& cell : start) there.push_back(cell.pose);
-    for (const LikeCell& cell : likeThoseThere(problem_, there, missing(), std::uint32_t(s)))
+    for (const LikeCell& cell : likeThoseThere(scene_, there, missing(), std::uint32_t(s)))
       start.push_back({cell.pose, start[cell.like].shape});
     return start;
   }
 
   void freeInRegions(int s) {
-    const CellSpecies& species = problem_.species[s];
+    const CellSpecies& species = scene_.species[s];
     const std::size_t regions = regions_.size();
     std::vector<std::vector<Start>> start(regions);
-    for (const Start& cell : startOf(problem_, s))
+    for (const Start& cell : startOf(scene_, s))
       start[regionAt(regions_, cell.pose.position)].push_back(cell);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)
@@ -174,26 +219,26 @@ class Parting {
   }
 
   void freeInShells(int s) {
-    const CellSpecies& species = problem_.species[s];
-    const DepthProfile& profile = *problem_.profile;
+    const CellSpecies& species = scene_.species[s];
+    const DepthProfile& profile = *profile_;
     const SpeciesProfile& planned = profile.species[s];
     const auto shellOf = [&](const Vec3& p) { return profile.shellAt((*profile.depth)(p).distance); };
     std::vector<std::int64_t> fixed(profile.shells(), 0);
     for (const PosLine& line : species.fixed) ++fixed[shellOf(line.position)];
     std::vector<std::vector<Start>> start(profile.shells());
-    for (const Start& cell : startOf(problem_, s)) start[shellOf(cell.pose.position)].push_back(cell);
+    for (const Start& cell : startOf(scene_, s)) start[shellOf(cell.pose.position)].push_back(cell);
     const std::vector<std::int64_t> counts = sharedOutBesides(species.count, planned.weight, fixed);
     std::vector<std::int64_t> others = counts;
     for (int j = 0; j < profile.shells(); ++j)
       others[j] = std::max<std::int64_t>(0, counts[j] - std::int64_t(start[j].size()));
-    const std::vector<std::vector<Pose>> placed = startInShells(problem_, s, others);
+    const std::vector<std::vector<Pose>> placed = startInShells(scene_, profile, s, others);
     for (int j = 0; j < profile.shells(); ++j) {
       if (counts[j] == 0) continue;
       constexpr double endless = std::numeric_limits<double>::infinity();
       const double overlap = overlapOfShells * (profile.edges[1] - profile.edges[0]);
       const double from = j == 0 ? -endless : profile.edges[j] - overlap,
                    to = j + 1 == profile.shells() ? endless : profile.edges[j + 1] + overlap;
-      Part part{s, j, freeCells(problem_, packed_, s, counts[j])};
+      Part part{s, j, freeCells(scene_, packed_, s, counts[j])};
       part.cells.name += fmt::format(", {:.3g} to {:.3g} µm deep", profile.edges[j], profile.edges[j + 1]);
       part.cells.freedom.region = std::make_shared<DepthShell>(profile.depth, from, to);
       if (planned.freeLayer > 0.0)
@@ -210,15 +255,15 @@ class Parting {
     std::vector<double> left;  // remaining volume of each region's red cells, over the reference volume
     for (const LumenRegion& region : regions_) left.push_back(region.share * region.hematocrit);
     const std::vector<double> asked = left;
-    toPlace_.resize(problem_.species.size());
+    toPlace_.resize(scene_.species.size());
     for (const bool byHematocrit : {false, true})
-      for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-        const CellSpecies& species = problem_.species[s];
+      for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+        const CellSpecies& species = scene_.species[s];
         if (!species.redCell || byHematocrit != (!species.statedCount && !species.ratio)) continue;
-        const std::vector<std::int64_t> fixed = fixedInRegions(problem_, species);
+        const std::vector<std::int64_t> fixed = countFixed(species, regions_);
         toPlace_[s] =
             byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
-        const double cell = species.countedVolume / problem_.referenceVolume();
+        const double cell = species.countedVolume / scene_.referenceVolume();
         for (std::size_t r = 0; r < left.size(); ++r) {
           if (byHematocrit) toPlace_[s][r] -= fixed[r];
           left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
@@ -229,7 +274,7 @@ class Parting {
   /// A part with cells that can move.
   void free(int s, int region, std::int64_t count, std::vector<Start> start) {
     if (count == 0 && region >= 0) return;
-    Part part{s, region, freeCells(problem_, packed_, s, count)};
+    Part part{s, region, freeCells(scene_, packed_, s, count)};
     if (region >= 0) {
       part.cells.name +=
           region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
@@ -239,17 +284,17 @@ class Parting {
   }
 
   void addFree(Part part, std::vector<Start> start) {
-    start = drawn(std::move(start), part.cells.count, problem_.request.seed, stream_);
-    if (const auto& cone = part.cells.freedom.cone; problem_.request.rotate && cone)
+    start = drawn(std::move(start), part.cells.count, scene_.request.seed, stream_);
+    if (const auto& cone = part.cells.freedom.cone; scene_.request.rotate && cone)
       for (Start& cell : start) cell.pose.orientation = cone->nearest(cell.pose.orientation);
     add(std::move(part), start);
   }
 
   /// The shape of a further cell of a species: that of a random one of the blood, if there is blood.
   int furtherShape(int s, std::int64_t n) const {
-    const std::vector<int>& shapes = problem_.species[s].blood.shapes;
+    const std::vector<int>& shapes = scene_.species[s].blood.shapes;
     if (shapes.empty()) return s;
-    const double u = uniform4(problem_.request.seed, RandomStream::draw, n, stream_)[1];
+    const double u = uniform4(scene_.request.seed, RandomStream::draw, n, stream_)[1];
     return shapes[std::size_t(u * double(shapes.size()))];
   }
 
@@ -275,8 +320,9 @@ class Parting {
     parts_.push_back(std::move(part));
   }
 
-  const Problem& problem_;
-  const PackedParts& packed_;  ///< with its walls
+  const Scene& scene_;
+  const DepthProfile* profile_;  ///< nullptr: none
+  const PackedParts& packed_;    ///< with its walls
   const std::vector<LumenRegion>& regions_;
   std::vector<Part> parts_;
   std::uint32_t stream_ = 0;  ///< of random numbers: one for each shape of the parts so far
@@ -285,8 +331,8 @@ class Parting {
 
 }  // namespace
 
-std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen,
-                                     std::vector<std::string>& repairs) {
+std::vector<LumenRegion> makeRegions(const Request& asked, std::optional<double> hematocrit,
+                                     const Lumen& lumen, std::vector<std::string>& repairs) {
   std::vector<LumenRegion> regions;
   if (asked.regions.empty()) return regions;
   const Box bounds = lumen.container->bounds();
@@ -305,7 +351,7 @@ std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen,
     earlier.push_back(std::move(body));
   }
   regions.push_back({"the rest", std::make_shared<BodyRegion>(nullptr, earlier, bounds, period), rest,
-                     asked.hematocrit.value_or(0.0)});
+                     hematocrit.value_or(0.0)});
   return regions;
 }
 
@@ -315,22 +361,22 @@ int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point) {
   return int(regions.size()) - 1;
 }
 
-Species freeCells(const Problem& problem, const PackedParts& packed, int species, std::int64_t count) {
-  const CellSpecies& one = problem.species[species];
+Species freeCells(const Scene& scene, const PackedParts& packed, int species, std::int64_t count) {
+  const CellSpecies& one = scene.species[species];
   Species cells{one.name, species, count, packed.walls[species], one.redCell};
   cells.freedom.cone = one.cone;
   cells.freedom.extraWallClearance = one.extraWallClearance(packed.clearances.wall);
   return cells;
 }
 
-PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
+PackedParts partsAt(const Scene& scene, const Layout& layout, const Clearances& clearances) {
   PackedParts packed;
   packed.clearances = clearances;
   double reach = 0.0;
-  for (const auto& shape : problem.shapes) reach = std::max(reach, 2 * shape->radius());
+  for (const auto& shape : scene.shapes) reach = std::max(reach, 2 * shape->radius());
   std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
       walls;  // by distance from solid and clearance
-  for (const CellSpecies& species : problem.species) {
+  for (const CellSpecies& species : scene.species) {
     packed.walls.emplace_back();
     if (species.mostCells() == 0) continue;
     const int distance = species.minimumDistanceFromSolid;
@@ -339,38 +385,39 @@ PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
     // Relaxation aims at the clearance plus a margin and stops within its tolerance of that; for the voxel
     // faces it then suffices that no vertex is beyond them.
     constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
-    if (isNew) wall->second = speciesWall(problem.lumen, distance, reach, clearance + margin);
+    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, clearance + margin);
     packed.walls.back() =
-        wallAtAllSpacings(wall->second, species, problem.lumen, problem.request.dx, clearance + margin);
+        wallAtAllSpacings(wall->second, species, scene.lumen, scene.request.dx, clearance + margin);
   }
-  packed.parts = Parting(problem, packed)();
+  packed.parts = Parting(scene, layout, packed)();
   return packed;
 }
 
-std::vector<std::string> examineRegions(const Problem& problem) {
+std::vector<std::string> examineRegions(const Scene& scene, const Layout& layout,
+                                        const std::vector<Part>& parts) {
   std::vector<std::string> warnings;
-  for (std::size_t r = 0; r < problem.lumen.regions.size(); ++r) {
-    const LumenRegion& region = problem.lumen.regions[r];
+  for (std::size_t r = 0; r < layout.regions.size(); ++r) {
+    const LumenRegion& region = layout.regions[r];
     double volume = 0.0;
     std::int64_t cells = 0;
-    for (const Part& part : problem.atDemanded.parts) {
-      const CellSpecies& species = problem.species[part.species];
+    for (const Part& part : parts) {
+      const CellSpecies& species = scene.species[part.species];
       if (!species.redCell) continue;
       std::int64_t here = part.region == int(r) ? part.cells.count : 0;
       if (part.cells.freedom.fixed)
         part.cells.forEachStart(
-            [&](int, const Pose& pose) { here += regionAt(problem.lumen.regions, pose.position) == int(r); });
+            [&](int, const Pose& pose) { here += regionAt(layout.regions, pose.position) == int(r); });
       cells += here;
       volume += double(here) * species.countedVolume;
     }
-    const double size = region.share * problem.referenceVolume(), asked = region.hematocrit * size;
-    const bool listed = r < problem.request.regions.size();
+    const double size = region.share * scene.referenceVolume(), asked = region.hematocrit * size;
+    const bool listed = r < scene.request.regions.size();
     if (cells == 0 && asked > 0.0) {
       const std::string what = fmt::format(
           "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
       if (listed)
         throw InputError(fmt::format("{}: {}; enlarge the region or remove it",
-                                     problem.request.regions[r].body.where, what));
+                                     scene.request.regions[r].body.where, what));
       warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
     } else if (std::abs(volume - asked) > noticeable * asked) {
       warnings.push_back(

@@ -69,30 +69,30 @@ void fitWeights(const DepthProfile& plan, SpeciesProfile& species) {
 
 class Planning {
  public:
-  Planning(const Problem& problem, std::vector<std::string>& notices)
-      : problem_(problem), notices_(notices), container_(*problem.lumen.container) {}
+  Planning(const Scene& scene, std::vector<std::string>& notices)
+      : scene_(scene), notices_(notices), container_(*scene.lumen.container) {}
 
   std::shared_ptr<const DepthProfile> operator()() {
     makeDepth();
     sampleLumen();
     const ProfileSource source = sourceOf();
     plan_.source = source.source;
-    plan_.species.resize(problem_.species.size());
+    plan_.species.resize(scene_.species.size());
     bool any = false;
-    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-      const CellSpecies& species = problem_.species[s];
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      const CellSpecies& species = scene_.species[s];
       const ProfileSource::Column* column = source.columnOf(species.name);
       if (!column || species.count == 0) continue;
       any = true;
       ask(source, *column, plan_.species[s], double(species.count) * species.meanVolume);
     }
     for (const ProfileSource::Column& column : source.columns)
-      if (std::none_of(problem_.species.begin(), problem_.species.end(),
+      if (std::none_of(scene_.species.begin(), scene_.species.end(),
                        [&](const CellSpecies& s) { return s.name == column.species && s.count > 0; }))
         notices_.push_back(
             fmt::format("{}: there are no cells '{}' to distribute", source.source, column.species));
     if (!any) throw InputError(fmt::format("{}: none of the cells to pack has a profile", source.source));
-    for (std::size_t s = 0; s < problem_.species.size(); ++s)
+    for (std::size_t s = 0; s < scene_.species.size(); ++s)
       if (plan_.species[s].isAsked()) distribute(int(s));
     return std::make_shared<const DepthProfile>(std::move(plan_));
   }
@@ -103,8 +103,8 @@ class Planning {
       throw InputError("a profile is over the distance from the wall, and this lumen has none (see " +
                        named("walls") + ")");
     };
-    if (!container_.wall() || !problem_.lumen.solidWalls) refuse();
-    const auto wall = std::make_shared<const SideWall>(problem_.lumen.container, endAxes(problem_));
+    if (!container_.wall() || !scene_.lumen.solidWalls) refuse();
+    const auto wall = std::make_shared<const SideWall>(scene_.lumen.container, endAxes(scene_));
     if (!wall->exists()) refuse();
     plan_.depth = std::make_shared<const SideDepth>(wall, container_.bounds());
   }
@@ -141,17 +141,17 @@ class Planning {
   }
 
   ProfileSource sourceOf() {
-    const Source& source = *problem_.request.profile;
+    const Source& source = *scene_.request.profile;
     if (source.given || source.file != developedProfile) return readProfile(source);
     std::vector<std::string> red, platelets;
     double volume = 0.0;
-    for (const CellSpecies& species : problem_.species) {
+    for (const CellSpecies& species : scene_.species) {
       if (species.redCell) red.push_back(species.name);
       if (species.redCell) volume += double(species.count) * species.meanVolume;
       if (!species.redCell && species.name.rfind("PLT", 0) == 0) platelets.push_back(species.name);
     }
     if (!(volume > 0.0)) throw InputError("a developed profile is that of red cells, and there are none");
-    const double diameter = *hydraulicDiameter(container_, endAxes(problem_));
+    const double diameter = *hydraulicDiameter(container_, endAxes(scene_));
     if (const auto warning = fahraeusWarning(diameter)) notices_.push_back("developed profile: " + *warning);
     return developedFlow(volume / container_.volume(), diameter, red, platelets);
   }
@@ -177,14 +177,14 @@ class Planning {
   /// The part of the volume of cells in each layer, [shell][layer], if their centre is in a shell; empty
   /// where no cell fits.
   std::vector<std::vector<double>> spreadOf(int s) const {
-    const CellSpecies& species = problem_.species[s];
+    const CellSpecies& species = scene_.species[s];
     const std::vector<Vec3> inner = innerPoints(*species.shape, innerPointsOfCell);
     const std::vector<Vec3>& all = species.shape->mesh().vertices;
     std::vector<Vec3> vertices;
     const std::size_t every = std::max<std::size_t>(1, all.size() / verticesOfCell);
     for (std::size_t i = 0; i < all.size(); i += every) vertices.push_back(all[i]);
-    const Request& request = problem_.request;
-    const double wall = request.choosesWallClearance() ? request.dx : problem_.demanded.wall;
+    const Request& request = scene_.request;
+    const double wall = request.choosesWallClearance() ? request.dx : scene_.demanded.wall;
     const double least = std::max(plan_.species[s].freeLayer, species.wallClearance(wall));
     std::vector<std::vector<double>> spread(plan_.shells());
     for (int j = 0; j < plan_.shells(); ++j) {
@@ -212,7 +212,7 @@ class Planning {
       Pose pose;
       pose.position = inside_[point];
       const auto u = uniform4(0, RandomStream::orientation, point, attempt);
-      if (problem_.request.rotate) pose.orientation = randomOrientation(species.cone, u[0], u[1], u[2]);
+      if (scene_.request.rotate) pose.orientation = randomOrientation(species.cone, u[0], u[1], u[2]);
       const Placement placed = pose.placement();
       if (std::all_of(vertices.begin(), vertices.end(),
                       [&](const Vec3& v) { return depthAt(placed(v)) >= least; }))
@@ -228,11 +228,11 @@ class Planning {
       species.weight.push_back(species.spread[j].empty() ? 0.0 : double(pointsOfShell_[j].size()));
     if (std::accumulate(species.weight.begin(), species.weight.end(), 0.0) == 0.0)
       throw InputError(fmt::format("{}: no cell '{}' fits more than {:.3g} µm from the wall", plan_.source,
-                                   problem_.species[s].name, species.freeLayer));
+                                   scene_.species[s].name, species.freeLayer));
     fitWeights(plan_, species);
   }
 
-  const Problem& problem_;
+  const Scene& scene_;
   std::vector<std::string>& notices_;
   const Container& container_;
   DepthProfile plan_;
@@ -242,13 +242,11 @@ class Planning {
 
 }  // namespace
 
-std::shared_ptr<const DepthProfile> planProfile(const Problem& problem, std::vector<std::string>& notices) {
-  return Planning(problem, notices)();
+std::shared_ptr<const DepthProfile> planProfile(const Scene& scene, std::vector<std::string>& notices) {
+  return Planning(scene, notices)();
 }
 
-void refuseTooDense(const Problem& problem) {
-  if (problem.request.bestEffort) return;
-  const DepthProfile& plan = *problem.profile;
+void refuseTooDense(const DepthProfile& plan) {
   for (int j = 0; j < plan.shells(); ++j) {
     const double fraction = plan.askedIn(j);
     if (fraction > Forecast::possible)
@@ -260,7 +258,7 @@ void refuseTooDense(const Problem& problem) {
 }
 
 std::shared_ptr<const DepthProfile> correctedProfile(const Problem& problem, const PackingResult& packed) {
-  DepthProfile plan = *problem.profile;
+  DepthProfile plan = *problem.layout.profile;
   const std::size_t shells = plan.shells(), layers = plan.lumen.size();
   std::vector<std::int64_t> points(plan.species.size() * shells * layers, 0);
   std::vector<std::vector<Vec3>> inner;
@@ -296,7 +294,7 @@ std::shared_ptr<const DepthProfile> correctedProfile(const Problem& problem, con
 
 std::vector<std::vector<double>> reachedProfile(const Problem& problem,
                                                 const std::vector<PlacedCell>& cells) {
-  const DepthProfile& plan = *problem.profile;
+  const DepthProfile& plan = *problem.layout.profile;
   const std::size_t shells = plan.shells();
   std::vector<std::int64_t> steps(plan.species.size() * shells, 0);
   std::vector<std::vector<Vec3>> points;

@@ -15,14 +15,13 @@ namespace packmesh::hemocell {
 /// A cell extends over several layers, so the volume of cells whose centre is in a shell is spread over its
 /// surroundings. Random poses that fit the lumen show how; the numbers of cells in the shells follow by
 /// deconvolution (Richardson 1972, Lucy 1974: the expectation maximisation of a mixture). The numbers of
-/// cells are those of the problem. Every rank computes the same. Pre: the problem has its lumen, species and
-/// counts, and asks for a profile
+/// cells are those of the species. Every rank computes the same. Pre: the species have their numbers, and the
+/// request asks for a profile
 /// @throws InputError if there is no wall, or if nothing that is packed has a profile
-std::shared_ptr<const DepthProfile> planProfile(const Problem& problem, std::vector<std::string>& notices);
+std::shared_ptr<const DepthProfile> planProfile(const Scene& scene, std::vector<std::string>& notices);
 
-/// Pre: the problem has a profile
 /// @throws InputError if a shell would hold more cells than can be packed
-void refuseTooDense(const Problem& problem);
+void refuseTooDense(const DepthProfile& profile);
 
 /// The profile of a problem with the numbers of cells corrected by a packing of it, in which cells are not
 /// where random ones would be: in the core they press outwards. The same on all ranks, which all call.

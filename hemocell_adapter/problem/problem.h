@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A problem with its lumen and species, and queries about it.
+/// @file What is to be packed or examined, and queries about it: a scene has the lumen and the kinds of
+/// cells, a problem also their numbers and where they are. Both are made by make_problem.h, and are not
+/// changed.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -17,7 +20,6 @@
 #include "hemocell_adapter/problem/cell_species.h"
 #include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/lumen.h"
-#include "hemocell_adapter/problem/packed_parts.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/input_file.h"
@@ -26,26 +28,27 @@
 
 namespace packmesh::hemocell {
 
-/// What is to be packed or examined: everything that follows from a request, and from the case it is for.
-/// Immutable once made (make_problem.h).
-struct Problem {
+/// How something was built, for the user.
+struct Notices {
+  std::vector<std::string> warnings;
+  std::vector<std::string> repairs;  ///< of meshes
+
+  void append(const Notices& later);
+};
+
+/// A lumen and the kinds of cells that are for it, with their shapes and the cells that exist already.
+struct Scene {
   Request request;                           ///< complete: nothing is left open
-  Clearances demanded;                       ///< least gaps [µm]
   std::shared_ptr<const Case> simulation;    ///< nullptr: there is no case
+  std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
   Communicator ranks;                        ///< that work on it
   Threads team;                              ///< of this rank
   std::shared_ptr<const InputFiles> inputs;  ///< that were read for it
-  std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
   Lumen lumen;
+  Clearances demanded;  ///< least gaps [µm]
   std::vector<CellSpecies> species;
   /// Templates of the species, in their order, then the meshes of deformed cells.
   Shapes shapes;
-  std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
-  PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
-  ReadLines read;                      ///< existing cells
-  std::vector<std::string> notices;    ///< how it was built, for the user
-  std::vector<std::string> repairs;    ///< of meshes, for the user
-  std::vector<std::string> unchecked;  ///< .pos files that a check cannot examine
 
   /// The running system of the case; nullptr outside of HemoCell.
   const RunningSystem* running() const {
@@ -73,13 +76,46 @@ struct Problem {
   }
 };
 
+/// Where in a lumen cells are to be.
+struct Layout {
+  std::vector<LumenRegion> regions;  ///< empty: one hematocrit for all of it; else the last is the rest
+  std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
+};
+
+/// Cells of one species with the same constraints, which form a species of the problem that is packed.
+struct Part {
+  int species = 0;
+  int region = -1;  ///< in Layout::regions, or shell of a profile; -1: none
+  Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"; its shapes are Scene::shapes
+};
+
+/// What is packed with these clearances. Made by partsAt() (parts.h).
+struct PackedParts {
+  Clearances clearances;
+  std::vector<std::shared_ptr<const Wall>> walls;  ///< of each species; nullptr: the container's own
+  std::vector<Part> parts;
+};
+
+/// A scene whose cells have been counted and divided into parts, or are to be examined.
+struct Problem : Scene {
+  /// In the lumen: as requested, or as it follows from the discharge hematocrit; empty: numbers are
+  /// requested.
+  std::optional<double> hematocrit;
+  Layout layout;
+  PackedParts atDemanded;  ///< what is packed with the clearances demanded; empty for a check
+  std::shared_ptr<const ReadLines> read = std::make_shared<const ReadLines>();  ///< existing cells
+  Notices notices;
+  std::filesystem::path posFolder;     ///< of a check: of the .pos files
+  std::vector<std::string> unchecked;  ///< .pos files that a check cannot examine
+};
+
 /// Hint for requests beyond random packing: "; --order columns ...", or empty if columns (see Columns) are
 /// not possible for that problem.
-std::string columnsInstead(const Problem& problem);
+std::string columnsInstead(const Scene& scene);
 
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
 /// and measure cells, not to pack them.
-Physics physicsOf(const Problem& problem);
+Physics physicsOf(const Scene& scene);
 
 /// How cells come into HemoCell. Its loader of .pos files deletes those that cross a periodic face; the
 /// plug-in adds them, and also deformed cells that are nearer to a wall than the loader would accept.
@@ -87,7 +123,7 @@ enum class Loading { posFiles, plugIn };
 
 /// How cells of a packing are loaded: if some have meshes of their own, by the plug-in. All ranks call.
 /// @param own of this rank
-Loading loadingOf(const Problem& problem, const std::vector<PlacedCell>& own);
+Loading loadingOf(const Scene& scene, const std::vector<PlacedCell>& own);
 
 /// Why HemoCell deletes a cell whose one fault is to cross a periodic face. This is as expected; every other
 /// reason is a fault.
@@ -97,17 +133,17 @@ inline bool isExpected(const std::string& reason) {
 }
 
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
-std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell, Loading loading);
+std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell, Loading loading);
 /// Calls visit(cell, violation) for each cell, in order, in the calling thread.
 void forEachVerdict(
-    const Problem& problem, const std::vector<PlacedCell>& cells, Loading loading,
+    const Scene& scene, const std::vector<PlacedCell>& cells, Loading loading,
     const std::function<void(std::size_t cell, const std::optional<std::string>& violation)>& visit);
 
-/// Axes along which the lumen of a problem ends other than at a wall.
-std::array<bool, 3> endAxes(const Problem& problem);
+/// Axes along which the lumen of a scene ends other than at a wall.
+std::array<bool, 3> endAxes(const Scene& scene);
 
 /// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
-bool knowsAcceptance(const Problem& problem);
+bool knowsAcceptance(const Scene& scene);
 
 /// Volumes and numbers of a set of cells.
 struct Tally {
@@ -120,20 +156,20 @@ struct Tally {
 };
 
 /// The number of cells of each species.
-std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells);
+std::vector<std::int64_t> countsOf(const Scene& scene, const std::vector<PlacedCell>& cells);
 
 /// The number of deformed cells of each species on all ranks. All ranks call. @param own of this rank
-std::vector<std::int64_t> deformedCounts(const Problem& problem, const std::vector<PlacedCell>& own);
+std::vector<std::int64_t> deformedCounts(const Scene& scene, const std::vector<PlacedCell>& own);
 
 /// By how much the volumes of deformed cells exceed those of their templates: per species, on all ranks
 /// [µm³]. The sums do not depend on the number of ranks. All ranks call.
 /// @param own of this rank
 /// @param counts whether a cell counts; empty: all do
-std::vector<double> excessVolumes(const Problem& problem, const std::vector<PlacedCell>& own,
+std::vector<double> excessVolumes(const Scene& scene, const std::vector<PlacedCell>& own,
                                   const std::function<bool(std::size_t cell)>& counts = {});
 
 /// @param counts of the species
 /// @param excess of these cells, see excessVolumes()
-Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts, const std::vector<double>& excess);
+Tally tallyOf(const Scene& scene, std::vector<std::int64_t> counts, const std::vector<double>& excess);
 
 }  // namespace packmesh::hemocell

@@ -279,9 +279,8 @@ std::vector<SpeciesPlan> plansToPack(const Request& request, const Case* simulat
   return plans;
 }
 
-CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
+CheckedSpecies plansToCheck(const Request& request, const Case* simulation, const fs::path& folder,
                             std::vector<std::string>& warnings) {
-  const fs::path& folder = request.output.folder;
   std::error_code error;
   std::vector<std::string> names;
   if (!request.startStates.empty()) {

@@ -2,6 +2,7 @@
 /// @file What is to be built and read for each species of a request.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ struct CheckedSpecies {
   std::vector<std::string> unchecked;  ///< .pos files of cells whose template cannot be determined
 };
 
-/// The species to check: one for each .pos file in the folder, or kind of cell in the states to start from.
+/// The species to check: one for each .pos file in a folder, or kind of cell in the states to start from.
 /// @throws InputError if there are none
 CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
-                            std::vector<std::string>& warnings);
+                            const std::filesystem::path& folder, std::vector<std::string>& warnings);
 
 }  // namespace packmesh::hemocell

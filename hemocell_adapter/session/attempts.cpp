@@ -9,6 +9,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/cat/state_frames.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -89,8 +90,8 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 
 }  // namespace
 
-Attempts::Attempts(const Problem& problem, const Hooks& hooks)
-    : problem_(problem), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {
+Attempts::Attempts(const Problem& problem, const OutputRequest& output, const Hooks& hooks)
+    : problem_(problem), output_(output), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {
   if (!hooks_.progress) hooks_.progress = [](const Progress& progress, ProgressLog& log) { log(progress); };
 }
 
@@ -98,7 +99,8 @@ const PackedParts& Attempts::partsWith(const Clearances& clearances) {
   const auto have = [&](const PackedParts& parts) {
     return parts.clearances.membranes == clearances.membranes && parts.clearances.wall == clearances.wall;
   };
-  if (!have(last_)) last_ = have(problem_.atDemanded) ? problem_.atDemanded : partsAt(problem_, clearances);
+  if (!have(last_))
+    last_ = have(problem_.atDemanded) ? problem_.atDemanded : partsAt(problem_, problem_.layout, clearances);
   return last_;
 }
 
@@ -116,12 +118,12 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   packing.execution.limits.fewerCells = limits.fewerCells;
   packing.execution.limits.someCloser = limits.someCloser;
   std::optional<StateFrames> frames;
-  if (request.output.frames > 0) {
-    frames.emplace(packing, request.output);
+  if (const auto series = requestedFrames(output_)) {
+    frames.emplace(packing, *series);
     packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
   }
-  StateFiles states(request, packing);
-  if (request.output.stateFile) packing.checkpoints = states.checkpoints();
+  StateFiles states(request, output_, packing);
+  packing.checkpoints = states.checkpoints();
   if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
   begun_ = true;
   PackingResult result = packmesh::pack(packing);

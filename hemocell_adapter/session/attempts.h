@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "hemocell_adapter/problem/clearances.h"
-#include "hemocell_adapter/problem/packed_parts.h"
 #include "hemocell_adapter/session/progress_log.h"
 #include "packMesh/core/timer.h"
 
@@ -24,7 +23,7 @@ struct Hooks {
 /// References its arguments. All ranks call everything together.
 class Attempts {
  public:
-  explicit Attempts(const Problem& problem, const Hooks& hooks = {});
+  Attempts(const Problem& problem, const OutputRequest& output, const Hooks& hooks = {});
 
   /// The first attempt continues from the state of `restart`.
   /// @return nothing if the clearances are impossible and fewer cells are not requested
@@ -52,6 +51,7 @@ class Attempts {
   bool isInterrupted() const { return hooks_.interrupted && hooks_.interrupted(); }
 
   const Problem& problem_;
+  const OutputRequest& output_;
   ProgressLog progress_;
   Hooks hooks_;
   PackedParts last_;                 ///< of the last attempt

@@ -116,17 +116,16 @@ FoundCells readCells(const Problem& problem) {
   FoundCells found;
   if (problem.request.startStates.empty())
     onFirstRank(ranks, [&] {
-      for (const std::string& warning : warningsOfTwoRuns(problem.request.output.folder))
-        log::warning(warning);
+      for (const std::string& warning : warningsOfTwoRuns(problem.posFolder)) log::warning(warning);
     });
   std::vector<ReadCell> read;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     std::vector<std::string> warnings;
-    const PosShare share = isState(species.startFrom)
-                               ? shareOf(species.start, ranks)
-                               : readPosShare(problem.request.output.folder / (species.name + ".pos"), ranks,
-                                              problem.team, &warnings);
+    const PosShare share =
+        isState(species.startFrom)
+            ? shareOf(species.start, ranks)
+            : readPosShare(problem.posFolder / (species.name + ".pos"), ranks, problem.team, &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     if (isState(species.startFrom)) found.loading = Loading::plugIn;
     std::int64_t id = found.all + share.first;

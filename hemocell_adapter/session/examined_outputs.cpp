@@ -26,7 +26,9 @@ void withExamined(Problem problem, const OutputRequest& output, const FoundCells
     log::warning("so many cells overlap that nothing else is written");
     return;
   }
-  for (const PosLine& line : found.lines) problem.read.add(line);
+  auto read = std::make_shared<ReadLines>();
+  for (const PosLine& line : found.lines) read->add(line);
+  problem.read = std::move(read);
   for (std::size_t s = 0; s < found.counts.size(); ++s) problem.species[s].count = found.counts[s];
   PackingResult result;
   result.cells = found.cells;

@@ -16,12 +16,12 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/state_request.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
-#include "hemocell_adapter/settings/setting_groups.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/timer.h"
@@ -33,30 +33,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The request, with no output but the state and the states of the engine that the command asks for. What a
-/// `<packing>` section of config.xml asks for is left to the program.
-CompletedRequest requestInMemory(const Request& asked) {
-  CompletedRequest completed = requestToPack(asked);
-  OutputRequest output;
-  output.folder = completed.request.output.folder;
-  output.checkpointEvery = completed.request.output.checkpointEvery;
-  if (asked.output.stateFile || asked.restart || asked.states("checkpointEvery"))
-    output.stateFile = completed.request.output.stateFile;
-  if (asked.states(framesSetting().key())) output.frames = completed.request.output.frames;
-  completed.request.output = output;
-  return completed;
-}
-
-std::shared_ptr<const Problem> problemFor(const Request& asked, Session& session, const Communicator& ranks) {
+Prepared prepare(const Request& asked, Session& session, const Communicator& ranks) {
   CompletedRequest completed;
-  together(ranks, [&] { completed = requestInMemory(asked); });
-  return session.problemOf(completed);
-}
-
-/// The problem of the command with which the cells were packed.
-std::shared_ptr<const Problem> problemOf(const HeldPacking& held) {
-  if (!held.asked) static_cast<void>(requestIn({}, held.file));  // refuses
-  return problemInMemory(*held.asked, held.ranks);
+  Prepared prepared;
+  together(ranks, [&] {
+    completed = requestToPack(asked);
+    prepared.output = outputsInMemory(asked, completed);
+  });
+  prepared.problem = session.prepare(completed);
+  return prepared;
 }
 
 /// The cells of a loaded packing get their shapes: those of the problem where the state names one with the
@@ -82,31 +67,32 @@ std::shared_ptr<const Problem> takeMeshes(HeldPacking& held, std::shared_ptr<con
 
 }  // namespace
 
-std::shared_ptr<const Problem> problemInMemory(const Request& asked, const Communicator& ranks,
-                                               const std::function<bool()>& interrupted) {
+Prepared prepareInMemory(const Request& asked, const Communicator& ranks,
+                         const std::function<bool()>& interrupted) {
   const InputRecord inputs;
   Session session(returnedToPython, {interrupted, {}}, ranks);
-  return problemFor(asked, session, ranks);
+  return prepare(asked, session, ranks);
 }
 
 HeldPacking packInMemory(const Request& asked, const Communicator& ranks, const Hooks& hooks) {
   const InputRecord inputs;
   Session session(returnedToPython, hooks, ranks);
-  const std::shared_ptr<const Problem> problem = problemFor(asked, session, ranks);
-  onFirstRank(ranks, [&] {
-    if (problem->request.output.stateFile) requireReplaceableState(problem->request);
-  });
+  const Prepared prepared = prepare(asked, session, ranks);
+  const std::shared_ptr<const Problem>& problem = prepared.problem;
+  onFirstRank(ranks, [&] { requireReplaceableState(problem->request, prepared.output); });
   for (const std::string& line : headLines(*problem)) log::info(line);
   HeldPacking held;
   held.ranks = ranks;
   held.asked = problem->request.asked;
   held.box = problem->lumen.container->bounds();
   held.period = problem->lumen.container->period();
-  held.packing = session.pack(problem);
+  held.output = prepared.output;
+  held.packing = session.pack(problem, held.output);
   if (const auto state = resultStateOf(held.packing)) {
-    const Request& request = problem->request;
-    if (savedAlone(*held.packing.problem, *request.output.stateFile, *state))
-      onFirstRank(ranks, [&] { removeCheckpoint(request, session.stateSavedOnce()); });
+    if (saveResult(*held.packing.problem, held.output, *state))
+      onFirstRank(ranks, [&] {
+        removeCheckpoint(held.packing.problem->request, held.output, session.stateSavedOnce());
+      });
     held.packing.state.reset();
   }
   for (std::size_t s = 0; s < held.packing.problem->species.size(); ++s) {
@@ -145,7 +131,10 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
 }
 
 HeldPacking completed(HeldPacking held) {
-  std::shared_ptr<const Problem> problem = problemOf(held);
+  if (!held.asked) static_cast<void>(requestIn({}, held.file));  // refuses
+  Prepared prepared = prepareInMemory(*held.asked, held.ranks);
+  std::shared_ptr<const Problem> problem = std::move(prepared.problem);
+  held.output = std::move(prepared.output);
   if (problem->request.isTiled())
     throw InputError(fmt::format("{}: the box of a packing that was repeated in it ({}) is not rebuilt",
                                  held.file.string(), named("tile")));
@@ -168,7 +157,7 @@ HeldPacking completed(HeldPacking held) {
   held.kindOf.assign(problem->species.size(), -1);
   for (std::size_t kind = 0; kind < speciesOf.size(); ++kind) held.kindOf[speciesOf[kind]] = int(kind);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
-    result.cells[i].placement = placementOf(problem->read.lineOf(result.poses[i]));
+    result.cells[i].placement = placementOf(problem->read->lineOf(result.poses[i]));
   result.certificate = examine(*problem, result.cells, loadingOf(*problem, result.cells)).certificate;
   std::vector<std::int64_t> counts = countsOf(*problem, result.cells);
   held.ranks.sum(counts);
@@ -192,7 +181,7 @@ std::vector<PosLine> posLinesOf(const HeldPacking& held) {
   const Packing& packing = held.packing;
   std::vector<PosLine> lines;
   for (const Pose& pose : packing.result.poses)
-    lines.push_back(packing.problem ? packing.problem->read.lineOf(pose) : posLineOf(pose));
+    lines.push_back(packing.problem ? packing.problem->read->lineOf(pose) : posLineOf(pose));
   return lines;
 }
 
@@ -291,7 +280,7 @@ std::vector<CellColumn> columnsOf(const HeldPacking& held) {
 }
 
 std::string reportOf(const HeldPacking& held) {
-  return reportText(finishedOf(held.packing, held.packing.problem->request.output), held.packing.times);
+  return reportText(finishedOf(held.packing, held.output), held.packing.times);
 }
 
 void saveTables(const HeldPacking& held, const fs::path& file) {

@@ -33,6 +33,7 @@ struct HeldPacking {
   Vec3 period = Vec3::Zero();            ///< 0: not periodic [µm]
   std::shared_ptr<const Request> asked;  ///< nullptr: its state does not say
   std::filesystem::path file;            ///< from which it was loaded; empty if it was packed
+  OutputRequest output;                  ///< with a problem: what its request writes
 };
 
 /// Packs as the program does, and writes nothing but the state and the states of the engine that the command
@@ -40,11 +41,17 @@ struct HeldPacking {
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
 HeldPacking packInMemory(const Request& asked, const Communicator& ranks, const Hooks& hooks);
 
-/// The problem that packInMemory() would pack. All ranks call.
+/// A problem and what its request writes.
+struct Prepared {
+  std::shared_ptr<const Problem> problem;
+  OutputRequest output;
+};
+
+/// Makes the problem that packInMemory() would pack. All ranks call.
 /// @param interrupted polled meanwhile
 /// @throws AgreedFailure, InputError
-std::shared_ptr<const Problem> problemInMemory(const Request& asked, const Communicator& ranks,
-                                               const std::function<bool()>& interrupted = {});
+Prepared prepareInMemory(const Request& asked, const Communicator& ranks,
+                         const std::function<bool()>& interrupted = {});
 
 /// The cells of a state file of a finished packing. All ranks call. @throws InputError
 /// @param original where the file was when the packing was loaded from it first; empty: there

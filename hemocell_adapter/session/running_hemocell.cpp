@@ -15,6 +15,7 @@
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/session.h"
@@ -82,13 +83,13 @@ SharedCase withoutSection(const SharedCase& simulation) {
 }
 
 /// Packs, and writes what is requested.
-Filling filled(const CompletedRequest& completed, Session& session, const Communicator& ranks) {
-  const std::shared_ptr<const Problem> problem = session.problemOf(completed);
-  const OutputRequest& output = completed.request.output;
+Filling packAndWrite(const CompletedRequest& completed, const OutputRequest& output, Session& session,
+                     const Communicator& ranks) {
+  const std::shared_ptr<const Problem> problem = session.prepare(completed);
   const bool withFiles = completed.request.states("outputDirectory");
   onFirstRank(ranks, [&] { requireWritableOutputs(*problem, output, withFiles); });
   for (const std::string& line : headLines(*problem)) log::info(line);
-  const Packing packing = session.pack(problem);
+  const Packing packing = session.pack(problem, output);
   logSummary(packing);
   const std::optional<ResultState> state = resultStateOf(packing);
   bool saved = state.has_value();
@@ -97,8 +98,9 @@ Filling filled(const CompletedRequest& completed, Session& session, const Commun
          writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts, state))
       log::info(fmt::format("Wrote {}", file.string()));
   else if (state)
-    saved = savedAlone(*packing.problem, *output.stateFile, *state);
-  if (saved) onFirstRank(ranks, [&] { removeCheckpoint(completed.request, session.stateSavedOnce()); });
+    saved = saveResult(*packing.problem, output, *state);
+  if (saved)
+    onFirstRank(ranks, [&] { removeCheckpoint(completed.request, output, session.stateSavedOnce()); });
   writeViews(finishedOf(packing, output), packing.times);
   return numbered(packing);
 }
@@ -109,11 +111,12 @@ Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const
   const InputRecord inputs;
   Session session(addedToHemocell, {}, ranks);
   CompletedRequest completed;
+  OutputRequest output;
   together(ranks, [&] {
     completed = requestToPack(asked, std::move(simulation));
-    if (!completed.request.states("outputDirectory")) completed.request.output.exports.clear();
+    output = outputsInRunning(completed);
   });
-  return filled(completed, session, ranks);
+  return packAndWrite(completed, output, session, ranks);
 }
 
 namespace {
@@ -181,7 +184,7 @@ bool isCertifiedIn(const Container& lumen, const StateCells& state) {
 /// @param asked what asks for these cells and nothing else, from the state on
 std::int64_t overlapsOf(const CompletedRequest& asked, const Communicator& ranks) {
   std::optional<Problem> problem;
-  together(ranks, [&] { problem = problemToCheck(asked, ranks); });
+  together(ranks, [&] { problem = problemToCheck(asked, {}, ranks); });
   return examine(*problem, readCells(*problem).cells, Loading::plugIn).overlaps;
 }
 
@@ -332,7 +335,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   const auto packedFrom = [&](const std::string& reason, const CompletedRequest& completed) {
     log::info(fmt::format("{}: {}; packing starts from them", file.string(), reason));
     Session session(addedToHemocell, {}, ranks);
-    return filled(completed, session, ranks);
+    return packAndWrite(completed, outputsInRunning(completed), session, ranks);
   };
   if (!deformed && !found.other.empty())
     return packedFrom(

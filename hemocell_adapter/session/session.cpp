@@ -12,10 +12,10 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/output/shared_files.h"
-#include "hemocell_adapter/problem/checkpoints.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
+#include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "hemocell_adapter/session/memory.h"
 #include "packMesh/core/poll_scope.h"
@@ -24,9 +24,9 @@
 namespace packmesh::hemocell {
 namespace {
 
-std::string outOfTimeText(const Request& request, const Delivery& delivery) {
-  return fmt::format("the time limit of {} was reached before packing began; {}",
-                     durationText(request.maxSeconds), delivery.nothing);
+std::string outOfTimeText(double maxSeconds, const Delivery& delivery) {
+  return fmt::format("the time limit of {} was reached before packing began; {}", durationText(maxSeconds),
+                     delivery.nothing);
 }
 
 /// What fixed cells have to do with it: "; 149 cells are fixed, and no place was found for 1 further cell".
@@ -45,7 +45,7 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
   const Statistics& done = result.statistics;
   const bool begun = done.effort() > 0;
   if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
-    return outOfTimeText(problem.request, delivery);
+    return outOfTimeText(problem.request.maxSeconds, delivery);
   LumenSample sample(problem);
   const Forecast forecast = forecastOf(problem, sample);
   return reachedText(problem, result, tally) + fixedText(problem, result) +
@@ -99,31 +99,31 @@ bool isEnough(const Problem& problem, const PackingResult& result) {
 
 }  // namespace
 
-std::function<void()> endOfPreparation(const Request& request, const Timer& timer, const Delivery& delivery,
+std::function<void()> endOfPreparation(double maxSeconds, const Delivery& delivery,
                                        std::function<bool()> interrupted) {
-  return [&request, &timer, &delivery, asked = std::move(interrupted)] {
+  return [maxSeconds, delivery, asked = std::move(interrupted), timer = std::make_shared<const Timer>()] {
     if (asked && asked())
       throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery.nothing)});
-    if (request.maxSeconds > 0.0 && timer.wall() > request.maxSeconds)
-      throw AgreedFailure({ExitCode::outOfReach, outOfTimeText(request, delivery)});
+    if (maxSeconds > 0.0 && timer->wall() > maxSeconds)
+      throw AgreedFailure({ExitCode::outOfReach, outOfTimeText(maxSeconds, delivery)});
   };
 }
 
-std::shared_ptr<const Problem> Session::problemOf(const CompletedRequest& completed) {
+std::shared_ptr<const Problem> Session::prepare(const CompletedRequest& completed) {
   std::shared_ptr<const Problem> problem;
   together(ranks_, [&] {
-    const PollScope scope(endOfPreparation(completed.request, timer_, delivery_, hooks_.interrupted));
+    const PollScope scope(endOfPreparation(completed.request.maxSeconds, delivery_, hooks_.interrupted));
     problem = std::make_shared<const Problem>(problemToPack(completed, ranks_));
   });
-  logNotices(*problem);
-  if (problem->profile && !completed.request.dryRun && !completed.request.validate)
-    problem = corrected(std::move(problem));
+  tell(problem->notices);
+  if (problem->layout.profile && !completed.request.dryRun && !completed.request.validate)
+    problem = correctByPilots(std::move(problem));
   if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
   return problem;
 }
 
 /// Packs quickly with the clearances demanded, to see how the cells of a profile arrange themselves.
-std::shared_ptr<const Problem> Session::corrected(std::shared_ptr<const Problem> problem) const {
+std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Problem> problem) const {
   constexpr int rounds = 2;
   constexpr std::int64_t sweeps = 600;
   const double most = problem->request.maxSeconds;
@@ -140,20 +140,18 @@ std::shared_ptr<const Problem> Session::corrected(std::shared_ptr<const Problem>
   return problem;
 }
 
-Packing Session::pack(const std::shared_ptr<const Problem>& problem) {
+Packing Session::pack(const std::shared_ptr<const Problem>& problem, const OutputRequest& output) {
   together(ranks_, [&] { requireMemory(problem->mostCells(), ranks_); });
-  if (const auto& state = problem->request.output.stateFile)
-    SharedFiles(ranks_).makeFolder(state->parent_path());
-  Attempts attempts(*problem, hooks_);
+  makeStateFolder(output, ranks_);
+  Attempts attempts(*problem, output, hooks_);
   Attempts::Found packing = attempts.withRoom(timer_);
   stateSaved_ = attempts.saved();
   stateSavedOnce_ = attempts.savedAny();
   if (packing.result.outcome == Outcome::interrupted ||
       ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
-    const OutputRequest& output = problem->request.output;
-    if (packing.state && savesCheckpoints(problem->request))  // it has just ended
-      stateSaved_ = savedAlone(*problem, checkpointOf(*output.stateFile), {packing.packed, *packing.state});
-    throwInterrupted(*problem);
+    if (packing.state && savesCheckpoints(problem->request, output))  // it has just ended
+      stateSaved_ = saveAsCheckpoint(*problem, output, {packing.packed, *packing.state});
+    throwInterrupted(output);
   }
   const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
   Packing done;
@@ -170,11 +168,11 @@ Packing Session::pack(const std::shared_ptr<const Problem>& problem) {
   return done;
 }
 
-void Session::throwInterrupted(const Problem& problem) const {
-  throw AgreedFailure({ExitCode::interrupted,
-                       stateSaved_ ? fmt::format("interrupted: {}{}", delivery_.continueFrom,
-                                                 checkpointOf(*problem.request.output.stateFile).string())
-                                   : fmt::format("interrupted: {}", delivery_.interrupted)});
+void Session::throwInterrupted(const OutputRequest& output) const {
+  throw AgreedFailure(
+      {ExitCode::interrupted,
+       stateSaved_ ? fmt::format("interrupted: {}{}", delivery_.continueFrom, checkpointFile(output).string())
+                   : fmt::format("interrupted: {}", delivery_.interrupted)});
 }
 
 Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts packed,
@@ -199,7 +197,7 @@ Packing Session::repeatedInTiles(Packing before, bool withState) const {
   together(ranks_, [&] {
     big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before.result));
   });
-  logNotices(*big);
+  tell(big->notices);
   const auto& times = problem.request.tiles;
   log::info(
       fmt::format("Repeated {} x {} x {} times: {}", times[0], times[1], times[2], lumenLines(*big).front()));
@@ -272,7 +270,7 @@ void logSummary(const Packing& packing) {
                                             deformedCounts(*packing.problem, packing.result.cells)))
     log::info(line);
   for (const std::string& line : regionLines(*packing.problem, parts, packing.cells.parts)) log::info(line);
-  if (!packing.problem->profile) return;
+  if (!packing.problem->layout.profile) return;
   for (const std::string& line :
        profileLines(*packing.problem, reachedProfile(*packing.problem, packing.result.cells)))
     log::info(line);

@@ -69,9 +69,9 @@ struct Packing {
   std::shared_ptr<const Packing> before;
 };
 
-/// A function that throws AgreedFailure, inside together(), when the time limit of a request is reached,
-/// measured by `timer`, and when the caller asks for an end. References request, timer and delivery.
-std::function<void()> endOfPreparation(const Request& request, const Timer& timer, const Delivery& delivery,
+/// A function that throws AgreedFailure, inside together(), when `maxSeconds` (0: no limit) have passed since
+/// now, and when the caller asks for an end.
+std::function<void()> endOfPreparation(double maxSeconds, const Delivery& delivery,
                                        std::function<bool()> interrupted = {});
 
 /// A session of one front end. All ranks call everything together. References its arguments.
@@ -80,15 +80,17 @@ class Session {
   Session(const Delivery& delivery, Hooks hooks, const Communicator& ranks)
       : delivery_(delivery), hooks_(std::move(hooks)), ranks_(ranks) {}
 
-  /// The problem of a request, with its notices logged; the time limit and interruptions end its making.
+  /// Makes the problem of a request, and tells its notices. With a profile it is packed quickly, without a
+  /// certificate for anybody, to see how cells arrange themselves. The time limit and interruptions end it.
   /// @throws AgreedFailure
-  std::shared_ptr<const Problem> problemOf(const CompletedRequest& completed);
+  std::shared_ptr<const Problem> prepare(const CompletedRequest& completed);
 
   /// Packs, with the widest clearances that are found quickly, and verifies; repeats the packing in a larger
   /// box if that is requested.
+  /// @param output of which checkpoints and states of the engine are written
   /// @throws AgreedFailure if not all cells could be packed (unless the request is content with those that
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
-  Packing pack(const std::shared_ptr<const Problem>& problem);
+  Packing pack(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
 
   /// Whether the last checkpoint has been written, also after a failure; whether there is one of this run.
   bool stateSaved() const { return stateSaved_; }
@@ -96,8 +98,8 @@ class Session {
   const Timer& timer() const { return timer_; }
 
  private:
-  [[noreturn]] void throwInterrupted(const Problem& problem) const;
-  std::shared_ptr<const Problem> corrected(std::shared_ptr<const Problem> problem) const;
+  [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
+  std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verified(std::shared_ptr<const Problem> problem, PackedParts packed, PackingResult result) const;
   Packing repeatedInTiles(Packing before, bool withState) const;
 

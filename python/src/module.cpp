@@ -25,6 +25,7 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -180,19 +181,20 @@ py::dict check(const py::dict& stated, const std::optional<fs::path>& tables, bo
     const InputRecord inputs;
     const Timer timer;
     const CompletedRequest completed = requestToCheck(asked);
-    if (!foldersToCheck(completed.request).empty())
-      throw InputError(completed.request.output.folder.string() +
-                       ": has realisations; check the folder of each");
+    const OutputRequest output = outputsToCheck(asked, completed);
+    const fs::path& folder = output.folder;
+    if (!foldersToCheck(completed.request, output).empty())
+      throw InputError(folder.string() + ": has realisations; check the folder of each");
     {
       const PollScope scope(
-          endOfPreparation(completed.request, timer, returnedToPython, caller.hooks().interrupted));
-      together(problem->ranks, [&] { *problem = problemToCheck(completed); });
+          endOfPreparation(completed.request.maxSeconds, returnedToPython, caller.hooks().interrupted));
+      together(problem->ranks, [&] { *problem = problemToCheck(completed, folder); });
     }
-    logNotices(*problem);
+    tell(problem->notices);
     cells = readCells(*problem);
     const Examination examined = examine(*problem, cells.cells, cells.loading);
     if (tables || withReport)
-      withExamined(*problem, completed.request.output, cells, examined, [&](const Finished& done) {
+      withExamined(*problem, output, cells, examined, [&](const Finished& done) {
         if (tables) saveTables(done, *tables);
         if (withReport) report = reportText(done, {timer.cpu(), timer.wall()});
         written = true;
@@ -213,7 +215,7 @@ py::dict forecast(const py::dict& stated) {
   Caller caller;
   std::shared_ptr<const Problem> problem;
   const Forecast found = caller.run([&] {
-    problem = problemInMemory(continued(own), Communicator(), caller.hooks().interrupted);
+    problem = prepareInMemory(continued(own), Communicator(), caller.hooks().interrupted).problem;
     return forecastOf(*problem);
   });
   py::dict counts;
@@ -252,8 +254,7 @@ py::dict caseOf(const fs::path& file) {
   all["hematocrit"] = config.packing.hematocrit;
   all["seed"] = config.packing.seed;
   all["species"] = species;
-  const fs::path& output = config.packing.output.folder;
-  all["output_directory"] = output.empty() ? fs::absolute(file).parent_path() : output;
+  all["output_directory"] = outputFolder(config);
   return all;
 }
 
@@ -327,9 +328,8 @@ PythonNumbers numbersOfCells(const PythonPacking& packing, const std::string& se
 
 /// The folder of the states of the engine; nothing if there is none.
 std::optional<fs::path> framesOf(const PythonPacking& packing) {
-  const std::shared_ptr<const Problem>& problem = packing.held->packing.problem;
-  if (!problem || problem->request.output.frames == 0) return {};
-  return StateFrames::folderIn(problem->request.output.folder);
+  const std::optional<FrameSeries> series = requestedFrames(packing.held->output);
+  return series ? std::optional(StateFrames::folderIn(series->folder)) : std::nullopt;
 }
 
 void addPacking(py::module_& module) {

@@ -89,7 +89,7 @@ TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
 TEST_CASE("The configuration in a report has every tag", "[report]") {
   Problem problem;
   problem.request.boxSize = Vec3(20, 20, 20);
-  const Report all = configurationOf(problem, problem.request.output, {});
+  const Report all = configurationOf(problem, {}, {});
   for (const Setting& setting : settingsTable())
     if (!setting.tag.empty()) {
       INFO(setting.tag);
@@ -100,7 +100,7 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
   for (const auto& parameter : catParameters()) {
     problem.request.method = Method::cat;
     INFO(parameter.name);
-    CHECK(configurationOf(problem, problem.request.output, {})["growth"].contains(parameter.name));
+    CHECK(configurationOf(problem, {}, {})["growth"].contains(parameter.name));
   }
 }
 

@@ -5,22 +5,20 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "packMesh/container/primitives.h"
+#include "tests/hemocell_adapter/planned_problem.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+using namespace packmesh::test;
 
 TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as others, turned with it",
           "[blood]") {
-  const double radius = 8.0;
-  const Vec3 middle(15, 9, 9);
-  Problem problem;
-  problem.request.boxSize = Vec3(30, 18, 18);
-  problem.lumen.container = makeCylinder(middle, 0, radius, 30.0, true);
+  const Problem problem = planned({"--cylinder", "x", "8", "30", "--ends", "periodic", "--rbc", "2"});
+  const Vec3 middle = problem.lumen.container->bounds().center();
   std::vector<Pose> there(2);
-  there[0].position = Vec3(4, 9 + 5, 9);
+  there[0].position = middle + Vec3(-11, 5, 0);
   there[0].orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
-  there[1].position = Vec3(20, 9, 9 - 2);
+  there[1].position = middle + Vec3(5, 0, -2);
   const auto radial = [&](const Pose& pose) {
     Vec3 from = pose.position - middle;
     from.x() = 0.0;
@@ -48,8 +46,6 @@ TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as o
 }
 
 TEST_CASE("Without a wall nothing says where cells of blood are added", "[blood]") {
-  Problem problem;
-  problem.request.boxSize = Vec3(20, 30, 10);
-  problem.lumen.container = makeBox({Vec3(0, 0, 0), Vec3(20, 30, 10)}, {true, true, true});
+  const Problem problem = planned({"20", "30", "10", "--ends", "periodic", "--rbc", "2"});
   CHECK(likeThoseThere(problem, std::vector<Pose>(3), 10, 0).empty());
 }

@@ -2,11 +2,10 @@
 // Room between membranes and to the wall that nobody asked for, and the largest there is.
 #include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/problem/make_problem.h"
-#include "hemocell_adapter/settings/command_line.h"
 
 #include <catch2/catch.hpp>
 
+#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -18,7 +17,7 @@ namespace {
 
 std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
                                  const std::string& program = "packMesh") {
-  return clearanceLevels(problemToPack(requestToPack(parseCommandLine(program, words).request)));
+  return clearanceLevels(planned(words, program));
 }
 
 /// Packs what a rule allows, and remembers what it was asked.

@@ -45,7 +45,7 @@ PlannedSpecies speciesOf(const std::string& cpp, const std::string& packing = ""
   const CompletedRequest completed = requestToPack(parseCommandLine("packMesh", options).request);
   PlannedSpecies species{{}, completed.warnings};
   species.plans = plansToPack(completed.request, completed.simulation.get(), species.warnings);
-  settleDistancesFromSolid(*completed.simulation, species.plans, species.warnings);
+  species.plans = withDistancesFromSolid(*completed.simulation, species.plans, species.warnings);
   return species;
 }
 

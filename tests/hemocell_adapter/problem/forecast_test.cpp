@@ -2,12 +2,11 @@
 // What is said before packing, and on the way.
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/problem/make_problem.h"
 
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/session/progress_log.h"
-#include "hemocell_adapter/settings/command_line.h"
+#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"
 #include "tests/support/temporary_folder.h"
@@ -20,10 +19,6 @@ using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {
-
-Problem planned(const std::vector<std::string>& words) {
-  return problemToPack(requestToPack(parseCommandLine("packMesh", words).request));
-}
 
 Forecast forecast(const std::vector<std::string>& words) {
   return forecastOf(planned(words));

@@ -6,10 +6,9 @@
 #include <numeric>
 
 #include "hemocell_adapter/hemocell/read_pos.h"
-#include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/profile_source.h"
-#include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
+#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -18,10 +17,6 @@ using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-Problem plannedProfile(const std::vector<std::string>& words) {
-  return problemToPack(requestToPack(parseCommandLine("packMesh", words).request));
-}
 
 nlohmann::json reportOf(const TemporaryFolder& folder) {
   return nlohmann::json::parse(readText(folder.path() / "r.json"));
@@ -95,8 +90,8 @@ TEST_CASE("A plan keeps the number of cells, and nothing is asked for in a free 
     CAPTURE(lumen);
     std::vector<std::string> words = lumen;
     words.insert(words.end(), {"--hematocrit", "0.25", "--plt_ratio", "0.3", "--profile", file});
-    const Problem problem = plannedProfile(words);
-    const DepthProfile& profile = *problem.profile;
+    const Problem problem = planned(words);
+    const DepthProfile& profile = *problem.layout.profile;
     CHECK(profile.species[0].freeLayer == 2.0);
     CHECK(profile.species[1].freeLayer == 0.0);
     for (std::size_t s = 0; s < 2; ++s) {
