@@ -8,13 +8,12 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
-#include "hemocell_adapter/session/examined_outputs.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/timer.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -42,8 +41,8 @@ class FaultList {
 
 class CheckReport {
  public:
-  CheckReport(const Problem& problem, const FoundCells& found)
-      : problem_(problem), found_(found), examination_(examine(problem, found.cells, found.loading)) {}
+  explicit CheckReport(const Packing& checked)
+      : checked_(checked), problem_(*checked.problem), overlaps_(countOverlaps(checked)) {}
 
   bool print() {
     printHead();
@@ -52,9 +51,9 @@ class CheckReport {
     printSelfIntersecting();
     printFactor();
     if (knowsAcceptance(problem_)) printKept();
-    printHematocrit("In the files", found_.counts, found_.excess);
+    printHematocrit("In the files", checked_.tally);
     if (knowsAcceptance(problem_) && dropped() > 0)
-      printHematocrit("Of what HemoCell keeps", kept().kept, examination_.excess);
+      printHematocrit("Of what HemoCell keeps", tallyOf(problem_, kept_.kept, kept_.excess));
     log::info(
         fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0
                                            ? gapText(certificate_.minimumGap, certificate_.gapsMeasuredUpTo)
@@ -77,36 +76,34 @@ class CheckReport {
 
   /// Summary in one line, for one of several packings.
   std::string line() const {
-    const Tally tally = tallyOf(problem_, found_.counts, found_.excess);
-    std::string text = fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen",
-                                   clean() ? "clean" : "not clean", found_.all, found_.all == 1 ? "" : "s",
-                                   tally.redMesh / problem_.lumen.container->volume());
-    if (examination_.overlaps == 0)
+    const Tally& tally = checked_.tally;
+    const std::int64_t all = checked_.result.cellCount;
+    std::string text =
+        fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "not clean", all,
+                    all == 1 ? "" : "s", tally.redMesh / problem_.lumen.container->volume());
+    if (overlaps_ == 0)
       text +=
           fmt::format(", minimum gap {}", gapText(certificate_.minimumGap, certificate_.gapsMeasuredUpTo));
     else
-      text += fmt::format(", {}{} overlapping pairs", certificate_.moreOverlaps ? "at least " : "",
-                          examination_.overlaps);
+      text +=
+          fmt::format(", {}{} overlapping pairs", certificate_.moreOverlaps ? "at least " : "", overlaps_);
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
     if (!certificate_.selfIntersecting.empty())
       text += fmt::format(", {} cells that intersect themselves", certificate_.selfIntersecting.size());
-    if (knowsAcceptance(problem_))
-      text += fmt::format("; HemoCell keeps {} of {}", found_.all - dropped(), found_.all);
+    if (knowsAcceptance(problem_)) text += fmt::format("; HemoCell keeps {} of {}", all - dropped(), all);
     if (!problem_.unchecked.empty())
       text += fmt::format("; not examined: {}", fmt::join(problem_.unchecked, ", "));
     return text;
   }
 
-  bool clean() const { return examination_.clean(); }
-  const Examination& examination() const { return examination_; }
+  bool clean() const { return isClean(certificate_, kept_); }
 
  private:
-  std::int64_t dropped() const { return std::int64_t(examination_.dropped.size()); }
-  Kept kept() const { return keptOf(found_, examination_); }
+  std::int64_t dropped() const { return std::int64_t(kept_.dropped.size()); }
 
   std::string nameOf(std::int64_t cell) const {
-    const FoundCells::Place place = found_.placeOf(cell);
+    const NumberInSpecies place = findInSpecies(checked_, cell);
     const CellSpecies& species = problem_.species[place.species];
     if (isState(species.startFrom))
       return fmt::format("{}: {} {}", species.startFrom, species.name, place.index + 1);
@@ -122,10 +119,8 @@ class CheckReport {
       log::info(fmt::format("{}: {}", species.name, species.origin));
       log::info(distanceLine(species));
     }
-    const Tally tally = tallyOf(problem_, found_.counts, found_.excess);
-    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-      log::info(fmt::format("{}: {} cells", problem_.species[s].name, tally.counts[s]));
-    }
+    for (std::size_t s = 0; s < problem_.species.size(); ++s)
+      log::info(fmt::format("{}: {} cells", problem_.species[s].name, checked_.tally.counts[s]));
   }
 
   void printOverlap() const {
@@ -133,9 +128,8 @@ class CheckReport {
                                    ? fmt::format(" or nearer than {:.6g} µm", problem_.demanded.membranes)
                                    : "";
     const bool more = certificate_.moreOverlaps;
-    std::string text =
-        fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "", examination_.overlaps);
-    if (knowsAcceptance(problem_) && examination_.overlaps > 0 && !more)
+    std::string text = fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "", overlaps_);
+    if (knowsAcceptance(problem_) && overlaps_ > 0 && !more)
       text += fmt::format(", {} of them among cells HemoCell keeps", overlapsAmongKept());
     log::info(text);
     if (more)
@@ -149,7 +143,7 @@ class CheckReport {
   std::int64_t overlapsAmongKept() const {
     std::int64_t kept = 0;
     for (const OverlappingPair& pair : certificate_.overlapping)
-      kept += examination_.keeps(pair.first) && examination_.keeps(pair.second);
+      kept += kept_.keeps(pair.first) && kept_.keeps(pair.second);
     return kept;
   }
 
@@ -211,84 +205,80 @@ class CheckReport {
   template <class Chosen>
   std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
-    for (const PlacedCell& cell : found_.cells)
+    for (const PlacedCell& cell : checked_.result.cells)
       if (chosen(cell.species)) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
-      if (chosen(int(s)))
-        volumes += double(found_.counts[s]) * problem_.species[s].shape->volume() + found_.excess[s];
+      if (chosen(int(s))) volumes += checked_.tally.meshVolume[s];
     return positionFactor(*problem_.lumen.container, positions, volumes, problem_.request.dx, problem_.ranks);
   }
 
   void printKept() const {
-    std::vector<Kept> reasons(problem_.species.size());  // by species
-    for (const Examination::Dropped& one : examination_.dropped)
-      countReason(reasons[found_.placeOf(one.cell).species], examination_.reasons[one.reason], 1);
-    const std::vector<std::int64_t> kept = this->kept().kept;
+    // Of each species, in the order in which they occur there.
+    std::vector<std::vector<std::pair<std::int64_t, std::int64_t>>> reasons(problem_.species.size());
+    for (const Kept::Dropped& one : kept_.dropped) {
+      auto& own = reasons[findInSpecies(checked_, one.cell).species];
+      auto same = std::find_if(own.begin(), own.end(), [&](const auto& r) { return r.first == one.reason; });
+      if (same == own.end()) same = own.insert(same, {one.reason, 0});
+      ++same->second;
+    }
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-      const std::int64_t total = found_.counts[s];
-      std::string text =
-          fmt::format("{} {} of {} {}", keeperText(found_.loading), kept[s], total, problem_.species[s].name);
-      for (const auto& [reason, count] : reasons[s].reasons)
-        text += fmt::format("; deletes {}: {}", count, reason);
-      if (problem_.lumen.keptBox && kept[s] < total)
+      const std::int64_t total = checked_.tally.counts[s];
+      std::string text = fmt::format("{} {} of {} {}", keeperText(kept_.loading), kept_.kept[s], total,
+                                     problem_.species[s].name);
+      for (const auto& [reason, count] : reasons[s])
+        text += fmt::format("; deletes {}: {}", count, kept_.reasons[reason].first);
+      if (problem_.lumen.keptBox && kept_.kept[s] < total)
         text += fmt::format(" (nodes at dx {:.6g} µm)", problem_.request.dx);
       log::info(text);
     }
     FaultList list;
     if (log::level() != log::Level::verbose) return;
-    for (const Examination::Dropped& one : examination_.dropped)
+    for (const Kept::Dropped& one : kept_.dropped)
       list.add(
-          [&] { return fmt::format("deleted: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]); });
+          [&] { return fmt::format("deleted: {}: {}", nameOf(one.cell), kept_.reasons[one.reason].first); });
   }
 
-  void printHematocrit(const char* which, const std::vector<std::int64_t>& counts,
-                       const std::vector<double>& excess) const {
-    const Tally tally = tallyOf(problem_, counts, excess);
+  void printHematocrit(const char* which, const Tally& tally) const {
     for (const std::string& line : hematocritLines(problem_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }
 
+  const Packing& checked_;
   const Problem& problem_;
-  const FoundCells& found_;
-  const Examination examination_;
-  const Certificate& certificate_ = examination_.certificate;
+  const Certificate& certificate_ = checked_.result.certificate;
+  const Kept& kept_ = checked_.kept;
+  const std::int64_t overlaps_;
 };
-
-}  // namespace
-
-namespace {
-
-Problem makeProblem(const CompletedRequest& completed, const std::filesystem::path& folder,
-                    const Communicator& ranks) {
-  std::optional<Problem> problem;
-  together(ranks, [&] { problem = problemToCheck(completed, folder, ranks); });
-  return std::move(*problem);
-}
 
 ExitCode checkFolder(const CompletedRequest& completed, const OutputRequest& output,
                      const Communicator& ranks) {
-  const Timer timer;
-  const Problem problem = makeProblem(completed, output.folder, ranks);
-  tell(problem.notices);
-  const FoundCells found = readCells(problem);
-  for (const std::string& warning : limitWarnings(problem, found.counts)) log::warning(warning);
-  CheckReport report(problem, found);
-  const bool clean = report.print();
-  writeOutputsOf(problem, output, found, report.examination(), {timer.cpu(), timer.wall()});
+  CheckHooks hooks;
+  hooks.made = [](const Problem& problem) { tell(problem.notices); };
+  hooks.asRead = output.asksForViews();
+  Packing checked = check(completed, output.folder, ranks, hooks);
+  checked.output = output;
+  for (const std::string& warning : limitWarnings(*checked.problem, checked.tally.counts))
+    log::warning(warning);
+  const bool clean = CheckReport(checked).print();
+  if (output.asksForViews() && isShowable(checked)) {
+    onFirstRank(ranks, [&] { requireWritableOutputs(*checked.problem, output, false); });
+    writeViews(checked);
+  }
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 
 /// What is said of one of several folders. @param withNotices of how its problem was built
 ExitCode tellInALine(const CompletedRequest& completed, const OutputRequest& output, bool withNotices,
                      const Communicator& ranks) {
-  const Problem problem = makeProblem(completed, output.folder, ranks);
-  if (withNotices) {
-    log::info(versionLine(ranks.size(), problem.team.count()));
-    tell(problem.notices);
-  }
-  const FoundCells found = readCells(problem);
-  const CheckReport report(problem, found);
+  CheckHooks hooks;
+  if (withNotices)
+    hooks.made = [&](const Problem& problem) {
+      log::info(versionLine(ranks.size(), problem.team.count()));
+      tell(problem.notices);
+    };
+  const Packing checked = check(completed, output.folder, ranks, hooks);
+  const CheckReport report(checked);
   log::info(fmt::format("{}: {}", output.folder.string(), report.line()));
   return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
 }

@@ -28,11 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-RealisationFigures figuresOf(const Packing& packing) {
+RealisationFigures realisationFigures(const Packing& packing) {
   const PackingResult& result = packing.result;
   return {result.outcome != Outcome::outOfReach,
           result.cellCount,
-          packing.cells.tally.redMesh / packing.problem->lumen.container->volume(),
+          packing.tally.redMesh / packing.problem->lumen.container->volume(),
           result.certificate.minimumGap,
           result.certificate.minimumWallGap,
           result.statistics.effort(),
@@ -64,59 +64,55 @@ void warnOfDropped(const Packing& packing) {
   log::warning(fmt::format(
       "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
       "periodic face when it loads them from .pos files; {}",
-      sum(packing.kept.kept), sum(packing.cells.tally.counts),
+      sum(packing.kept.kept), sum(packing.tally.counts),
       tallyOf(problem, packing.kept.kept, packing.kept.excess).redMesh / problem.referenceVolume(),
       remedyOfDropped(packing)));
 }
 
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
-void rescue(const Packing& packing, const OutputRequest& output, const ResultState& state) {
-  if (saveAsCheckpoint(*packing.problem, output, state))
+void rescue(const Packing& packing) {
+  if (saveAsCheckpoint(*packing.problem, packing.output, {packing.packed, *packing.state}))
     log::warning(fmt::format(
         "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
-        checkpointFile(output).string()));
+        checkpointFile(packing.output).string()));
 }
 
 /// Writes the cells with the state of the packing, if one is requested; if they do not fit together, the
 /// cells alone, unless only the state has them all.
 /// @param stateWritten false: the state is missing
-std::vector<fs::path> writeCells(const Packing& packing, const OutputRequest& output, bool& stateWritten) {
-  const Problem& problem = *packing.problem;
-  const auto write = [&](const std::optional<ResultState>& state) {
-    return writeCellFiles(problem, output, packing.result, packing.cells.tally.counts, state);
-  };
-  const std::optional<ResultState> state = resultStateOf(packing);
+std::vector<fs::path> writeCells(const Packing& packing, bool& stateWritten) {
+  const OutputRequest& output = packing.output;
   stateWritten = true;
   try {
-    return write(state);
+    return writeCellFiles(packing, output, packing.state.has_value());
   } catch (const std::runtime_error&) {
     const Failure failure = failureOfException();
-    if (!state || failure.code != ExitCode::cannotWrite) throw;
+    if (!packing.state || failure.code != ExitCode::cannotWrite) throw;
     stateWritten = false;
-    if (problem.hasDeformed()) {
-      rescue(packing, output, *state);
+    if (packing.problem->hasDeformed()) {
+      rescue(packing);
       throw;
     }
     log::warning(failure.message);
   }
   try {
-    return write({});
+    return writeCellFiles(packing, output, false);
   } catch (const std::runtime_error&) {
-    rescue(packing, output, *state);
+    rescue(packing);
     throw;
   }
 }
 
 /// Writes the cells and everything else that is requested, and prints the summary.
 /// @return false if the state is missing
-bool write(const Packing& packing, const OutputRequest& output) {
+bool write(const Packing& packing) {
   bool stateWritten = false;
-  const std::vector<fs::path> files = writeCells(packing, output, stateWritten);
+  const std::vector<fs::path> files = writeCells(packing, stateWritten);
   logSummary(packing);
   if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
-  warnOfStaleFiles(*packing.problem, output);
-  writeViews(finishedOf(packing, output), packing.times);
+  warnOfStaleFiles(*packing.problem, packing.output);
+  writeViews(packing);
   return stateWritten;
 }
 
@@ -171,14 +167,14 @@ RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& prob
                             checkpointFile(output).string()));
     return {failure.code(), {}};
   }
-  if (!write(*packing, output)) {
+  if (!write(*packing)) {
     log::error(fmt::format("{}: the state could not be saved", output.stateFile->string()));
-    return {ExitCode::cannotWrite, figuresOf(*packing)};
+    return {ExitCode::cannotWrite, realisationFigures(*packing)};
   }
   if (output.stateFile)
     onFirstRank(problem->ranks,
                 [&] { removeCheckpoint(problem->request, output, session.stateSavedOnce()); });
-  return {ExitCode::ok, figuresOf(*packing)};
+  return {ExitCode::ok, realisationFigures(*packing)};
 }
 
 RunEnd packOnce(const CompletedRequest& completed, const OutputRequest& output, const Communicator& ranks) {

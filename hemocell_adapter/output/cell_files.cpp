@@ -13,6 +13,7 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "packMesh/core/input_file.h"
 
 namespace packmesh::hemocell {
@@ -22,22 +23,20 @@ namespace fs = std::filesystem;
 
 class CellFiles {
  public:
-  CellFiles(const Problem& problem, const OutputRequest& output, const PackingResult& result,
-            const std::vector<std::int64_t>& counts, const std::optional<ResultState>& state)
-      : problem_(problem),
+  CellFiles(const Packing& packing, const OutputRequest& output, bool withState)
+      : packing_(packing),
+        problem_(*packing.problem),
         output_(output),
-        result_(result),
-        counts_(counts),
-        state_(state),
-        deformed_(deformedCounts(problem, result.cells)),
-        shared_(problem.ranks) {}
+        withState_(withState),
+        deformed_(deformedCounts(problem_, packing.result.cells)),
+        shared_(problem_.ranks) {}
 
   std::vector<fs::path> operator()() {
     write(output_.folder, Vec3::Zero());
     for (const OtherLattice& other : problem_.lumen.others)
       if (!other.shift.isZero()) write(output_.folder / fmt::format("dx_{:.15g}", other.dx), other.shift);
     onFirstRank(problem_.ranks, [&] { putOldAside(); });
-    if (state_) addState();
+    if (withState_) addState();
     shared_.commit();
     for (const auto& [file, now] : aside_)
       log::warning(fmt::format("{} is of an earlier packing: renamed to {}", file.string(), now.string()));
@@ -67,10 +66,10 @@ class CellFiles {
       }
       paths_.push_back(file);
       shared_.begin(paths_.back());
-      shared_.append([&] { return formatPosHead(counts_[s]); });
+      shared_.append([&] { return formatPosHead(packing_.tally.counts[s]); });
       shared_.appendParts(posLines(int(s), shift));
       shared_.end();
-      if (state_ && isBeside(paths_.back(), *output_.stateFile))
+      if (withState_ && isBeside(paths_.back(), *output_.stateFile))
         written_[paths_.back().filename().string()] = shared_.hash();
     }
   }
@@ -80,7 +79,7 @@ class CellFiles {
     if (output_.stateFile && isThere(*output_.stateFile)) {
       for (const std::string& name : filesOfState(*output_.stateFile).same)
         old_.insert(output_.folder / name);
-      if (!state_) old_.insert(*output_.stateFile);
+      if (!withState_) old_.insert(*output_.stateFile);
     }
     for (const fs::path& file : old_) {
       const bool replaced = std::find(paths_.begin(), paths_.end(), file) != paths_.end();
@@ -93,14 +92,14 @@ class CellFiles {
 
   void addState() {
     shared_.makeFolder(output_.stateFile->parent_path());
-    shared_.take(*preparedResult(problem_, *output_.stateFile, *state_, written_));
+    shared_.take(*preparedResult(problem_, *output_.stateFile, {packing_.packed, *packing_.state}, written_));
   }
 
   /// This rank's lines, in any number of pieces.
   std::vector<std::string> posLines(int species, const Vec3& shift) const {
     std::vector<std::size_t> own;
-    for (std::size_t i = 0; i < result_.cells.size(); ++i)
-      if (result_.cells[i].species == species) own.push_back(i);
+    for (std::size_t i = 0; i < packing_.result.cells.size(); ++i)
+      if (packing_.result.cells[i].species == species) own.push_back(i);
     constexpr std::int64_t linesOfPiece = 4096;
     const auto count = static_cast<std::int64_t>(own.size());
     std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));
@@ -109,7 +108,7 @@ class CellFiles {
         [&](std::int64_t begin, std::int64_t end, int) {
           std::vector<PosLine> lines;
           for (std::int64_t i = begin; i < end; ++i) {
-            lines.push_back(problem_.read->lineOf(result_.poses[own[i]]));
+            lines.push_back(problem_.read->lineOf(packing_.result.poses[own[i]]));
             lines.back().position += shift;
           }
           pieces[begin / linesOfPiece] = formatPosLines(lines);
@@ -118,11 +117,10 @@ class CellFiles {
     return pieces;
   }
 
+  const Packing& packing_;
   const Problem& problem_;
   const OutputRequest& output_;
-  const PackingResult& result_;
-  const std::vector<std::int64_t>& counts_;
-  const std::optional<ResultState>& state_;
+  bool withState_;
   std::vector<std::int64_t> deformed_;  ///< per species: cells with meshes of their own, of all ranks
   std::vector<fs::path> paths_;
   FilesOfState written_;                              ///< those in the folder of the state
@@ -133,10 +131,8 @@ class CellFiles {
 
 }  // namespace
 
-std::vector<fs::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
-                                     const PackingResult& result, const std::vector<std::int64_t>& counts,
-                                     const std::optional<ResultState>& state) {
-  return CellFiles(problem, output, result, counts, state)();
+std::vector<fs::path> writeCellFiles(const Packing& packing, const OutputRequest& output, bool withState) {
+  return CellFiles(packing, output, withState)();
 }
 
 }  // namespace packmesh::hemocell

@@ -95,18 +95,18 @@ std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest
   return files;
 }
 
-void convert(const Finished& done, const CellMeasures& measures) {
-  const OutputRequest& output = done.output;
+void convert(const Packing& packing, const CellMeasures& measures) {
+  const OutputRequest& output = packing.output;
   if (!needsConversion(output)) return;
-  SharedFiles(done.ranks()).makeFolder(output.folder);
-  const PackingTables tables = tablesOf(done, measures);
+  SharedFiles(packing.ranks()).makeFolder(output.folder);
+  const PackingTables tables = tablesOf(packing, measures);
   std::unique_ptr<AtomicFiles> file;  // of the first rank
   try {
-    file = writtenPacking(keptTables(output), tables, done.ranks());
+    file = writtenPacking(keptTables(output), tables, packing.ranks());
   } catch (const OutputError& error) {  // the same on all ranks
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }
-  onFirstRank(done.ranks(), [&] {
+  onFirstRank(packing.ranks(), [&] {
     for (const Words& words : commandsFor(output, file->temporary())) {
       const CommandEnd end = runPackmesh(words, interrupted);
       if (end.kind == CommandEnd::Kind::unusable) {

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/packing.h"
 #include "packMesh/analysis/cell_measures.h"
 
 namespace packmesh::hemocell {
@@ -21,6 +21,6 @@ std::vector<std::filesystem::path> convertedFiles(const Problem& problem, const 
                                                   const std::vector<std::int64_t>& counts);
 
 /// Has them written, and prints their names. All ranks call. @throws AgreedFailure
-void convert(const Finished& done, const CellMeasures& measures);
+void convert(const Packing& packing, const CellMeasures& measures);
 
 }  // namespace packmesh::hemocell

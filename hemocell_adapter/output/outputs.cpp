@@ -42,10 +42,10 @@ std::set<std::int64_t> outsideOf(const Certificate& certificate) {
   return outside;
 }
 
-PackingMeasures packingMeasuresOf(const Finished& done, const CellMeasures& measures) {
-  return measurePacking(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
-                        measures.gap, endAxes(done.problem), outsideOf(done.result.certificate),
-                        done.result.certificate.gapsMeasuredUpTo);
+PackingMeasures packingMeasuresOf(const Packing& packing, const CellMeasures& measures) {
+  return measurePacking(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team},
+                        packing.result.cells, measures.gap, endAxes(*packing.problem),
+                        outsideOf(packing.result.certificate), packing.result.certificate.gapsMeasuredUpTo);
 }
 
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
@@ -71,17 +71,19 @@ bool replacesItself(const Problem& problem, const OutputRequest& output, const f
 
 }  // namespace
 
-CellMeasures measuresOf(const Finished& done) {
-  return measureShare(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
-                      outsideOf(done.result.certificate), done.result.certificate.gapsMeasuredUpTo);
+CellMeasures measuresOf(const Packing& packing) {
+  return measureShare(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team},
+                      packing.result.cells, outsideOf(packing.result.certificate),
+                      packing.result.certificate.gapsMeasuredUpTo);
 }
 
-std::string reportText(const Finished& done, const RunTimes& times) {
-  return jsonText(makeReport(done, packingMeasuresOf(done, measuresOf(done)), times));
+std::string reportText(const Packing& packing) {
+  return jsonText(makeReport(packing, packingMeasuresOf(packing, measuresOf(packing))));
 }
 
-void saveTables(const Finished& done, const fs::path& file) {
-  writePacking(file, tablesOf(done, measuresOf(done)), done.ranks());
+void saveTables(const Packing& packing, const fs::path& file) {
+  SharedFiles(packing.ranks()).makeFolder(file.parent_path());
+  writePacking(file, tablesOf(packing, measuresOf(packing)), packing.ranks());
 }
 
 void requireWritable(const fs::path& folder) {
@@ -157,21 +159,27 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
   }
 }
 
-void writeViews(const Finished& done, const RunTimes& times) {
-  const OutputRequest& output = done.output;
+bool isShowable(const Packing& checked) {
+  if (!checked.result.certificate.moreOverlaps) return true;
+  log::warning("so many cells overlap that nothing else is written");
+  return false;
+}
+
+void writeViews(const Packing& packing) {
+  const OutputRequest& output = packing.output;
   if (!output.asksForViews()) return;
-  const CellMeasures measures = measuresOf(done);
+  const CellMeasures measures = measuresOf(packing);
   if (output.reportFile) {
-    SharedFiles(done.ranks()).makeFolder(output.reportFile->parent_path());
-    const PackingMeasures all = packingMeasuresOf(done, measures);
-    onFirstRank(done.ranks(), [&] {
+    SharedFiles(packing.ranks()).makeFolder(output.reportFile->parent_path());
+    const PackingMeasures all = packingMeasuresOf(packing, measures);
+    onFirstRank(packing.ranks(), [&] {
       AtomicFiles files;
-      files.add(reportJson(output), jsonText(makeReport(done, all, times)));
+      files.add(reportJson(output), jsonText(makeReport(packing, all)));
       files.commit();
     });
     log::info(fmt::format("Wrote {}", reportJson(output).string()));
   }
-  convert(done, measures);
+  convert(packing, measures);
   if (output.povScene) log::info(fmt::format("For a picture: packmesh render {}", output.folder.string()));
 }
 

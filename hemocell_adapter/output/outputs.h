@@ -6,21 +6,21 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/packing.h"
 #include "packMesh/analysis/cell_measures.h"
 
 namespace packmesh::hemocell {
 
 /// The measurements of this rank's cells. All ranks call.
-CellMeasures measuresOf(const Finished& done);
+CellMeasures measuresOf(const Packing& packing);
 
 /// The report (report.h) as JSON, which is not written. All ranks call.
-std::string reportText(const Finished& done, const RunTimes& times);
+std::string reportText(const Packing& packing);
 
 /// Writes what the Python package needs to show and to convert the packing (packing_tables.h). All ranks
 /// call.
 /// @throws AgreedFailure, OutputError on all ranks
-void saveTables(const Finished& done, const std::filesystem::path& file);
+void saveTables(const Packing& packing, const std::filesystem::path& file);
 
 /// Fails before hours of packing rather than after them. One rank calls it.
 /// @param withCells whether .pos files are written
@@ -36,6 +36,10 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output);
 
 /// Writes the additional output that is requested: reports, and what the Python package makes
 /// (conversions.h); prints their names. All ranks call. @throws AgreedFailure
-void writeViews(const Finished& done, const RunTimes& times);
+void writeViews(const Packing& packing);
+
+/// Whether all cells of a check were examined. Otherwise so many overlap that nothing else is written, which
+/// a warning says.
+bool isShowable(const Packing& checked);
 
 }  // namespace packmesh::hemocell

@@ -48,24 +48,25 @@ PackingTables emptyTables(const Problem& problem, const std::vector<std::int64_t
   return tables;
 }
 
-PackingTables tablesOf(const Finished& done, const CellMeasures& measures) {
-  const PackingResult& result = done.result;
+PackingTables tablesOf(const Packing& packing, const CellMeasures& measures) {
+  const PackingResult& result = packing.result;
   PackingTables tables;
-  together(done.ranks(), [&] { tables = emptyTables(done.problem, done.tally.counts); });
+  together(packing.ranks(), [&] { tables = emptyTables(*packing.problem, packing.tally.counts); });
   CellColumn angles{"angles", 3, {}};
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
     const PlacedCell& cell = result.cells[i];
     tables.kind.push_back(cell.species);
-    if (done.problem.hasDeformed())
-      tables.vertices.push_back(
-          done.problem.isDeformed(cell) ? &done.problem.shapes[cell.shape]->mesh().vertices : nullptr);
-    const PosLine line = done.problem.read->lineOf(result.poses[i]);
+    if (packing.problem->hasDeformed())
+      tables.vertices.push_back(packing.problem->isDeformed(cell)
+                                    ? &packing.problem->shapes[cell.shape]->mesh().vertices
+                                    : nullptr);
+    const PosLine line = packing.problem->read->lineOf(result.poses[i]);
     tables.poses.push_back({1.0, result.poses[i].orientation, line.position});
     angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
   }
   tables.columns = columnsOf(measures, result.cells.size());
   tables.columns.push_back(std::move(angles));
-  tables.certificate = &done.result.certificate;
+  tables.certificate = &packing.result.certificate;
   return tables;
 }
 

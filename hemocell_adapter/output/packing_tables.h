@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/packing.h"
 #include "packMesh/packing/packing_file.h"
 
 namespace packmesh::hemocell {
@@ -16,7 +16,7 @@ namespace packmesh::hemocell {
 PackingTables emptyTables(const Problem& problem, const std::vector<std::int64_t>& counts);
 
 /// The same with cells and faults: position and `angles` [degrees] as written to .pos files, and measures.
-/// References `done`. All ranks call. @throws AgreedFailure
-PackingTables tablesOf(const Finished& done, const CellMeasures& measures);
+/// References `packing`. All ranks call. @throws AgreedFailure
+PackingTables tablesOf(const Packing& packing, const CellMeasures& measures);
 
 }  // namespace packmesh::hemocell

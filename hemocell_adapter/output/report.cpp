@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/analysis/cell_measures.h"
@@ -44,53 +45,55 @@ Report lumenOf(const Problem& problem) {
   return lumen;
 }
 
-Report speciesOf(const Finished& done) {
+Report speciesOf(const Packing& packing) {
   Report all = Report::array();
-  for (std::size_t s = 0; s < done.problem.species.size(); ++s) {
-    const CellSpecies& species = done.problem.species[s];
+  for (std::size_t s = 0; s < packing.problem->species.size(); ++s) {
+    const CellSpecies& species = packing.problem->species[s];
     Report one;
     one["name"] = species.name;
     one["origin"] = species.origin;
     one["redCell"] = species.redCell;
-    one["request"] = done.checked ? "in the file" : requestText(species);
+    one["request"] = packing.checked ? "in the file" : requestText(species);
     one["asked"] = species.count;
     one["stock"] = species.stock;
-    one["placed"] = done.tally.counts[s];
-    one["keptByHemoCell"] = knowsAcceptance(done.problem) ? Report(done.kept.kept[s]) : Report(nullptr);
+    one["placed"] = packing.tally.counts[s];
+    one["keptByHemoCell"] =
+        knowsAcceptance(*packing.problem) ? Report(packing.kept.kept[s]) : Report(nullptr);
     one["meshVolume"] = species.shape->volume();
     one["hemocellVolume"] =
         species.model.hemocellVolume ? Report(*species.model.hemocellVolume) : Report(nullptr);
     one["vertices"] = species.shape->mesh().vertices.size();
     one["triangles"] = species.shape->mesh().triangles.size();
     one["size"] = coordinatesOf(boundingBox(species.shape->mesh()).size());
-    one["volumeFraction"] = done.tally.meshVolume[s] / done.problem.lumen.container->volume();
+    one["volumeFraction"] = packing.tally.meshVolume[s] / packing.problem->lumen.container->volume();
     one["minimumDistanceFromSolid"] = species.minimumDistanceFromSolid;
-    const bool inFile = species.mostCells() > 0 && !(done.checked && isState(species.startFrom));
+    const bool inFile = species.mostCells() > 0 && !(packing.checked && isState(species.startFrom));
     one["file"] = inFile ? Report(species.name + ".pos") : Report(nullptr);
     all.push_back(std::move(one));
   }
   return all;
 }
 
-Report hematocritOf(const Finished& done) {
-  const double lumen = done.problem.lumen.container->volume(), fluid = done.problem.lumen.fluidVolume();
+Report hematocritOf(const Packing& packing) {
+  const double lumen = packing.problem->lumen.container->volume(),
+               fluid = packing.problem->lumen.fluidVolume();
   std::vector<HematocritConvention> kept;
-  if (knowsAcceptance(done.problem))
-    kept =
-        hematocritConventions(done.problem.request, tallyOf(done.problem, done.kept.kept, done.kept.excess));
+  if (knowsAcceptance(*packing.problem))
+    kept = hematocritConventions(packing.problem->request,
+                                 tallyOf(*packing.problem, packing.kept.kept, packing.kept.excess));
   const auto ofKept = [&](const HematocritConvention& all) {
     for (const HematocritConvention& one : kept)
       if (std::string_view(one.key) == all.key) return Report(one.volume / lumen);
     return Report(nullptr);
   };
   Report all = Report::array();
-  for (const HematocritConvention& one : hematocritConventions(done.problem.request, done.tally))
+  for (const HematocritConvention& one : hematocritConventions(packing.problem->request, packing.tally))
     all.push_back(
         {{"convention", one.key},
          {"text", one.text},
          {"redVolume", one.volume},
          {"ofLumen", one.volume / lumen},
-         {"ofFluidNodes", done.problem.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
+         {"ofFluidNodes", packing.problem->lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
          {"keptOfLumen", ofKept(one)}});
   return all;
 }
@@ -109,16 +112,16 @@ Report certificateOf(const Certificate& certificate) {
           {"wallGapsMeasuredUpTo", certificate.wallGapsMeasuredUpTo}};
 }
 
-Report reportOfKept(const Finished& done) {
-  if (!knowsAcceptance(done.problem)) return nullptr;
+Report reportOfKept(const Packing& packing) {
+  if (!knowsAcceptance(*packing.problem)) return nullptr;
   std::int64_t kept = 0;
-  for (const std::int64_t n : done.kept.kept) kept += n;
+  for (const std::int64_t n : packing.kept.kept) kept += n;
   Report all = {{"kept", kept},
-                {"dropped", done.result.cellCount - kept},
-                {"loadedBy", done.kept.loading == Loading::plugIn ? "plug-in" : ".pos files"},
-                {"asExpected", done.kept.asExpected()}};
+                {"dropped", packing.result.cellCount - kept},
+                {"loadedBy", packing.kept.loading == Loading::plugIn ? "plug-in" : ".pos files"},
+                {"asExpected", packing.kept.asExpected()}};
   all["reasons"] = Report::array();
-  for (const auto& [reason, cells] : done.kept.reasons)
+  for (const auto& [reason, cells] : packing.kept.reasons)
     all["reasons"].push_back({{"reason", reason}, {"cells", cells}});
   return all;
 }
@@ -204,28 +207,23 @@ Report statisticsOf(const Statistics& s) {
 }
 
 /// The packing that was repeated, if there is one: the source of `statistics` for one that was repeated.
-Report repeatedOf(const std::optional<Repeated>& repeated) {
-  if (!repeated) return nullptr;
-  const Request& request = repeated->problem.request;
-  const std::optional<double>& hematocrit = repeated->problem.hematocrit;
-  return {{"times", request.tiles},
-          {"boxSize", coordinatesOf(*request.boxSize)},
-          {"cells", repeated->result.cellCount},
+Report repeatedOf(const std::shared_ptr<const Packing>& before) {
+  if (!before) return nullptr;
+  const std::optional<double>& hematocrit = before->problem->hematocrit;
+  return {{"times", before->problem->request.tiles},
+          {"boxSize", coordinatesOf(*before->problem->request.boxSize)},
+          {"cells", before->result.cellCount},
           {"hematocrit", hematocrit ? Report(*hematocrit) : Report(nullptr)},
-          {"certificate", certificateOf(repeated->result.certificate)},
-          {"statistics", statisticsOf(repeated->result.statistics)}};
+          {"certificate", certificateOf(before->result.certificate)},
+          {"statistics", statisticsOf(before->result.statistics)}};
 }
 
-Report timesOf(const Finished& done, const RunTimes& times) {
-  const Statistics& s = done.result.statistics;
-  return {{"ranks", done.ranks().size()},
-          {"threads", done.problem.team.count()},
-          {"wall", times.wall},
-          {"cpu", times.cpu},
-          {"placement", s.placementSeconds},
-          {"relaxation", s.relaxationSeconds},
-          {"growth", s.engineSeconds},
-          {"certificate", s.certificateSeconds}};
+Report timesOf(const Packing& packing) {
+  const Statistics& s = packing.result.statistics;
+  return {{"ranks", packing.ranks().size()}, {"threads", packing.problem->team.count()},
+          {"wall", packing.times.wall},      {"cpu", packing.times.cpu},
+          {"placement", s.placementSeconds}, {"relaxation", s.relaxationSeconds},
+          {"growth", s.engineSeconds},       {"certificate", s.certificateSeconds}};
 }
 
 /// Of one of several realisations: its number, and the folders of its neighbours.
@@ -238,32 +236,32 @@ Report realisationOf(const OutputRequest& output) {
   return {{"number", i}, {"of", all}, {"previous", folder(i - 1)}, {"next", folder(i + 1)}};
 }
 
-const char* outcomeOf(const Finished& done) {
-  if (done.checked) return "checked";
-  return done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
+const char* outcomeOf(const Packing& packing) {
+  if (packing.checked) return "checked";
+  return packing.result.outcome == Outcome::certified ? "certified" : "bestEffort";
 }
 
 }  // namespace
 
-Report makeReport(const Finished& done, const PackingMeasures& measures, const RunTimes& times) {
+Report makeReport(const Packing& packing, const PackingMeasures& measures) {
   Report all;
   all["schema"] = "packMesh-report";
   all["schemaVersion"] = reportVersion;
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
-  const Request& request = done.problem.request;
+  const Request& request = packing.problem->request;
   all["command"] = request.words.empty() && request.asked ? wordsOf(*request.asked) : request.words;
-  all["outcome"] = outcomeOf(done);
-  all["realisation"] = realisationOf(done.output);
-  all["configuration"] = configurationOf(done.problem, done.output, done.clearances);
-  all["lumen"] = lumenOf(done.problem);
-  all["species"] = speciesOf(done);
-  all["hematocrit"] = hematocritOf(done);
-  all["certificate"] = certificateOf(done.result.certificate);
-  all["hemocell"] = reportOfKept(done);
-  all["measures"] = reportOfMeasures(measures, done.problem);
-  all["statistics"] = statisticsOf(done.result.statistics);
-  all["repeated"] = repeatedOf(done.repeated);
-  all["times"] = timesOf(done, times);
+  all["outcome"] = outcomeOf(packing);
+  all["realisation"] = realisationOf(packing.output);
+  all["configuration"] = configurationOf(*packing.problem, packing.output, packing.packed.clearances);
+  all["lumen"] = lumenOf(*packing.problem);
+  all["species"] = speciesOf(packing);
+  all["hematocrit"] = hematocritOf(packing);
+  all["certificate"] = certificateOf(packing.result.certificate);
+  all["hemocell"] = reportOfKept(packing);
+  all["measures"] = reportOfMeasures(measures, *packing.problem);
+  all["statistics"] = statisticsOf(packing.result.statistics);
+  all["repeated"] = repeatedOf(packing.before);
+  all["times"] = timesOf(packing);
   return all;
 }
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/packing.h"
 #include "packMesh/analysis/profiles.h"
 
 namespace packmesh::hemocell {
@@ -17,7 +17,7 @@ constexpr int reportVersion = 1;
 using Report = nlohmann::ordered_json;
 
 /// The document. Except for its member "times" it does not depend on the number of ranks. One rank calls it.
-Report makeReport(const Finished& done, const PackingMeasures& measures, const RunTimes& times);
+Report makeReport(const Packing& packing, const PackingMeasures& measures);
 
 /// In the form written to a file.
 std::string jsonText(const Report& report);

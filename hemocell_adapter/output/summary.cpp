@@ -103,7 +103,10 @@ std::string closerText(const Certificate& certificate) {
 
 }  // namespace
 
-std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally) {
+std::string reachedText(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const PackingResult& result = packing.result;
+  const Tally& tally = packing.tally;
   std::string counts;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], problem.species[s].count,
@@ -123,8 +126,10 @@ std::string reachedText(const Problem& problem, const PackingResult& result, con
                      problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
-std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
-                                     const std::vector<std::int64_t>& counts) {
+std::vector<std::string> regionLines(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const std::vector<Part>& parts = packing.packed.parts;
+  const std::vector<std::int64_t>& counts = packing.partCounts;
   std::vector<std::string> lines;
   const double reference = problem.referenceVolume();
   for (std::size_t r = 0; r < problem.layout.regions.size(); ++r) {
@@ -166,9 +171,10 @@ std::vector<std::string> profileLines(const Problem& problem,
   return lines;
 }
 
-std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Part>& parts,
-                                    const std::vector<std::int64_t>& counts,
-                                    const std::vector<std::int64_t>& deformed) {
+std::vector<std::string> bloodLines(const Packing& packing, const std::vector<std::int64_t>& deformed) {
+  const Problem& problem = *packing.problem;
+  const std::vector<Part>& parts = packing.packed.parts;
+  const std::vector<std::int64_t>& counts = packing.tally.counts;
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const SpeciesRequest* const asked = findSpecies(problem.request, problem.species[s].name);
@@ -265,16 +271,6 @@ std::vector<std::string> hematocritLines(const Problem& problem, const Tally& ta
   return lines;
 }
 
-void countReason(Kept& kept, const std::string& reason, std::int64_t times) {
-  for (auto& [text, count] : kept.reasons) {
-    if (text == reason) {
-      count += times;
-      return;
-    }
-  }
-  kept.reasons.emplace_back(reason, times);
-}
-
 namespace {
 
 /// "121 of 121 placed", or "10 placed (6 requested + 4 from the reserve)".
@@ -286,8 +282,13 @@ std::string placedText(const CellSpecies& species, std::int64_t placed) {
 
 }  // namespace
 
-std::vector<std::string> footLines(const Problem& problem, const Clearances& clearances, const Tally& tally,
-                                   const Certificate& certificate, const Kept& kept, const RunTimes& times) {
+std::vector<std::string> footLines(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const Clearances& clearances = packing.packed.clearances;
+  const Tally& tally = packing.tally;
+  const Certificate& certificate = packing.result.certificate;
+  const Kept& kept = packing.kept;
+  const RunTimes& times = packing.times;
   const double lumen = problem.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {

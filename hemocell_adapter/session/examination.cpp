@@ -5,6 +5,8 @@
 #include <exception>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "hemocell_adapter/base/log.h"
@@ -12,8 +14,12 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/files_of_state.h"
+#include "hemocell_adapter/problem/counts.h"
+#include "hemocell_adapter/problem/make_problem.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/shared_cells.h"
+#include "packMesh/core/poll_scope.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
 
 namespace packmesh::hemocell {
@@ -63,40 +69,6 @@ Certificate certificateOf(const Problem& problem, const std::vector<PlacedCell>&
   return ofAllRanks(certificate, here.numbers, ranks);
 }
 
-/// What HemoCell drops.
-void takeVerdicts(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading,
-                  Examination& found) {
-  const Communicator& ranks = problem.ranks;
-  std::vector<std::string> reasons;
-  const auto indexOf = [](std::vector<std::string>& all, const std::string& reason) {
-    const auto known = std::find(all.begin(), all.end(), reason);
-    if (known != all.end()) return known - all.begin();
-    all.push_back(reason);
-    return static_cast<std::ptrdiff_t>(all.size()) - 1;
-  };
-  std::vector<Examination::Dropped> dropped;
-  const std::int64_t first = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
-  std::vector<char> isKept(own.size(), true);
-  forEachVerdict(problem, own, loading, [&](std::size_t i, const std::optional<std::string>& violation) {
-    isKept[i] = !violation;
-    if (violation) dropped.push_back({first + static_cast<std::int64_t>(i), indexOf(reasons, *violation)});
-  });
-  found.excess = excessVolumes(problem, own, [&](std::size_t i) { return isKept[i]; });
-  const std::int64_t before = ranks.sumBefore({static_cast<std::int64_t>(reasons.size())}).front();
-  for (Examination::Dropped& one : dropped) one.reason += before;
-  std::string text;
-  for (const std::string& reason : reasons) text += reason + '\n';
-  const std::vector<char> gathered = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
-  std::vector<std::int64_t> meaning;  // by the number of a reason among those of all ranks
-  for (auto at = gathered.begin(); at != gathered.end();) {
-    const auto end = std::find(at, gathered.end(), '\n');
-    meaning.push_back(indexOf(found.reasons, std::string(at, end)));
-    at = end + 1;
-  }
-  found.dropped = ranks.gatherAll(dropped);
-  for (Examination::Dropped& one : found.dropped) one.reason = meaning[one.reason];
-}
-
 }  // namespace
 
 std::int64_t mostOverlaps(std::int64_t cells) {
@@ -105,78 +77,150 @@ std::int64_t mostOverlaps(std::int64_t cells) {
   return std::clamp(perCell * cells, least, most);
 }
 
-FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
-  Place place{0, cell};
-  while (place.index >= counts[place.species]) place.index -= counts[place.species++];
-  return place;
+std::int64_t countOverlaps(const Packing& checked) {
+  const Certificate& certificate = checked.result.certificate;
+  return certificate.moreOverlaps ? mostOverlaps(checked.result.cellCount)
+                                  : static_cast<std::int64_t>(certificate.overlapping.size());
 }
 
-FoundCells readCells(const Problem& problem) {
-  const Communicator& ranks = problem.ranks;
-  FoundCells found;
-  if (problem.request.startStates.empty())
-    onFirstRank(ranks, [&] {
-      for (const std::string& warning : warningsOfTwoRuns(problem.posFolder)) log::warning(warning);
-    });
-  std::vector<ReadCell> read;
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
-    const CellSpecies& species = problem.species[s];
-    std::vector<std::string> warnings;
-    const PosShare share =
-        isState(species.startFrom)
-            ? shareOf(species.start, ranks)
-            : readPosShare(problem.posFolder / (species.name + ".pos"), ranks, problem.team, &warnings);
-    for (const std::string& warning : warnings) log::warning(warning);
-    if (isState(species.startFrom)) found.loading = Loading::plugIn;
-    std::int64_t id = found.all + share.first;
-    read.reserve(read.size() + share.lines.size());
-    for (const PosLine& line : share.lines) {
-      const std::int64_t index = id - found.all;
-      const bool inState = isState(species.startFrom);
-      const int own = inState ? species.start[index].shape : -1;
-      read.push_back({id++, static_cast<int>(s), own < 0 ? static_cast<int>(s) : own, line});
-    }
-    found.counts.push_back(share.all);
-    found.all += share.all;
-  }
-  read = IdShares(found.all, ranks).collect(std::move(read));
-  found.cells.reserve(read.size());
-  found.poses.reserve(read.size());
-  for (const ReadCell& cell : read) {
-    found.cells.push_back({cell.species, cell.shape, placementOf(cell.line)});
-    found.poses.push_back(poseOf(cell.line));
-    found.lines.push_back(cell.line);
-  }
-  found.excess = excessVolumes(problem, found.cells);
+NumberInSpecies findInSpecies(const Packing& packing, std::int64_t cell) {
+  NumberInSpecies found{0, cell};
+  while (found.index >= packing.tally.counts[found.species])
+    found.index -= packing.tally.counts[found.species++];
   return found;
 }
 
-bool Examination::keeps(std::int64_t cell) const {
-  const auto at = std::lower_bound(dropped.begin(), dropped.end(), cell,
-                                   [](const Dropped& one, std::int64_t number) { return one.cell < number; });
-  return at == dropped.end() || at->cell != cell;
+bool isClean(const Certificate& certificate, const Kept& kept) {
+  return certificate.clean() && kept.asExpected();
 }
 
-Examination examine(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading,
-                    const Clearances& kept) {
+Certificate examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept) {
   const Communicator& ranks = problem.ranks;
-  Examination found;
-  found.cells = ranks.sum(static_cast<std::int64_t>(own.size()));
-  found.certificate = certificateOf(problem, own, found.cells, kept);
-  std::vector<OverlappingPair>& pairs = found.certificate.overlapping;
-  found.overlaps = static_cast<std::int64_t>(pairs.size());
-  if (found.certificate.moreOverlaps) {
-    found.overlaps = mostOverlaps(found.cells);
-    pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
-  }
+  Certificate certificate =
+      certificateOf(problem, own, ranks.sum(static_cast<std::int64_t>(own.size())), kept);
+  std::vector<OverlappingPair>& pairs = certificate.overlapping;
+  if (certificate.moreOverlaps) pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
   // A sum that does not depend on the ranks.
   std::vector<std::int64_t> counts(problem.shapes.size(), 0);
   for (const PlacedCell& cell : own) ++counts[cell.shape];
   ranks.sum(counts);
-  found.certificate.cellVolume = 0.0;
+  certificate.cellVolume = 0.0;
   for (std::size_t s = 0; s < counts.size(); ++s)
-    found.certificate.cellVolume += double(counts[s]) * problem.shapes[s]->volume();
-  takeVerdicts(problem, own, loading, found);
+    certificate.cellVolume += double(counts[s]) * problem.shapes[s]->volume();
+  return certificate;
+}
+
+Kept findKept(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading) {
+  const Communicator& ranks = problem.ranks;
+  std::vector<std::string> reasons;
+  const auto indexOf = [](std::vector<std::string>& all, const std::string& reason) {
+    const auto known = std::find(all.begin(), all.end(), reason);
+    if (known != all.end()) return known - all.begin();
+    all.push_back(reason);
+    return static_cast<std::ptrdiff_t>(all.size()) - 1;
+  };
+  std::vector<Kept::Dropped> dropped;
+  const std::int64_t first = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
+  std::vector<char> isKept(own.size(), true);
+  Kept found;
+  found.loading = loading;
+  found.kept.assign(problem.species.size(), 0);
+  forEachVerdict(problem, own, loading, [&](std::size_t i, const std::optional<std::string>& violation) {
+    isKept[i] = !violation;
+    if (violation)
+      dropped.push_back({first + static_cast<std::int64_t>(i), indexOf(reasons, *violation)});
+    else
+      ++found.kept[own[i].species];
+  });
+  ranks.sum(found.kept);
+  found.excess = excessVolumes(problem, own, [&](std::size_t i) { return isKept[i]; });
+  const std::int64_t before = ranks.sumBefore({static_cast<std::int64_t>(reasons.size())}).front();
+  for (Kept::Dropped& one : dropped) one.reason += before;
+  std::string text;
+  for (const std::string& reason : reasons) text += reason + '\n';
+  const std::vector<char> gathered = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  std::vector<std::string> all;
+  std::vector<std::int64_t> meaning;  // by the number of a reason among those of all ranks
+  for (auto at = gathered.begin(); at != gathered.end();) {
+    const auto end = std::find(at, gathered.end(), '\n');
+    meaning.push_back(indexOf(all, std::string(at, end)));
+    at = end + 1;
+  }
+  for (const std::string& reason : all) found.reasons.emplace_back(reason, 0);
+  found.dropped = ranks.gatherAll(dropped);
+  for (Kept::Dropped& one : found.dropped) {
+    one.reason = meaning[one.reason];
+    ++found.reasons[one.reason].second;
+  }
+  return found;
+}
+
+namespace {
+
+/// The cells of all files, species by species, each rank an equal share in the order of the ranks, of a
+/// problem that has their numbers. All ranks call.
+Packing readCells(Problem problem, bool asRead) {
+  const Communicator ranks = problem.ranks;
+  if (problem.request.startStates.empty())
+    onFirstRank(ranks, [&] {
+      for (const std::string& warning : warningsOfTwoRuns(problem.posFolder)) log::warning(warning);
+    });
+  Packing found;
+  std::vector<std::int64_t> counts;
+  std::vector<ReadCell> read;
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
+    std::vector<std::string> warnings;
+    const bool inState = isState(species.startFrom);
+    const PosShare share =
+        inState ? shareOf(species.start, ranks)
+                : readPosShare(problem.posFolder / (species.name + ".pos"), ranks, problem.team, &warnings);
+    for (const std::string& warning : warnings) log::warning(warning);
+    if (inState) found.kept.loading = Loading::plugIn;
+    std::int64_t index = share.first;
+    read.reserve(read.size() + share.lines.size());
+    for (const PosLine& line : share.lines) {
+      const int own = inState ? species.start[index].shape : -1;
+      read.push_back(
+          {found.result.cellCount + index++, static_cast<int>(s), own < 0 ? static_cast<int>(s) : own, line});
+    }
+    counts.push_back(share.all);
+    found.result.cellCount += share.all;
+  }
+  read = IdShares(found.result.cellCount, ranks).collect(std::move(read));
+  found.result.cells.reserve(read.size());
+  found.result.poses.reserve(read.size());
+  auto lines = std::make_shared<ReadLines>();
+  for (const ReadCell& cell : read) {
+    found.result.cells.push_back({cell.species, cell.shape, placementOf(cell.line)});
+    found.result.poses.push_back(poseOf(cell.line));
+    if (asRead) lines->add(cell.line);
+  }
+  problem.read = std::move(lines);
+  problem.species = withCounts(std::move(problem.species), counts);
+  found.packed.clearances = problem.demanded;
+  found.tally = tallyOf(problem, std::move(counts), excessVolumes(problem, found.result.cells));
+  found.problem = std::make_shared<const Problem>(std::move(problem));
+  found.checked = true;
+  return found;
+}
+
+}  // namespace
+
+Packing check(const CompletedRequest& completed, const std::filesystem::path& folder,
+              const Communicator& ranks, const CheckHooks& hooks) {
+  const Timer timer;
+  Problem problem;
+  {
+    std::optional<PollScope> scope;
+    if (hooks.poll) scope.emplace(hooks.poll);
+    together(ranks, [&] { problem = problemToCheck(completed, folder, ranks); });
+  }
+  if (hooks.made) hooks.made(problem);
+  Packing found = readCells(std::move(problem), hooks.asRead);
+  found.result.certificate = examine(*found.problem, found.result.cells);
+  found.kept = findKept(*found.problem, found.result.cells, found.kept.loading);
+  found.times = {timer.cpu(), timer.wall()};
   return found;
 }
 

@@ -16,6 +16,8 @@
 #include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/requested_outputs.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/session.h"
@@ -91,17 +93,15 @@ Filling packAndWrite(const CompletedRequest& completed, const OutputRequest& out
   for (const std::string& line : headLines(*problem)) log::info(line);
   const Packing packing = session.pack(problem, output);
   logSummary(packing);
-  const std::optional<ResultState> state = resultStateOf(packing);
-  bool saved = state.has_value();
+  bool saved = packing.state.has_value();
   if (withFiles)
-    for (const auto& file :
-         writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts, state))
+    for (const auto& file : writeCellFiles(packing, output, saved))
       log::info(fmt::format("Wrote {}", file.string()));
-  else if (state)
-    saved = saveResult(*packing.problem, output, *state);
+  else if (saved)
+    saved = saveResult(*packing.problem, output, {packing.packed, *packing.state});
   if (saved)
     onFirstRank(ranks, [&] { removeCheckpoint(completed.request, output, session.stateSavedOnce()); });
-  writeViews(finishedOf(packing, output), packing.times);
+  writeViews(packing);
   return numbered(packing);
 }
 
@@ -177,15 +177,6 @@ bool isCertifiedIn(const Container& lumen, const StateCells& state) {
   const Box bounds = lumen.bounds();
   return state.certified && state.period == lumen.period() && state.box.lo == bounds.lo &&
          state.box.hi == bounds.hi;
-}
-
-/// Pairs of the cells of a state that overlap in the running system, at least; the exact test. All ranks
-/// call.
-/// @param asked what asks for these cells and nothing else, from the state on
-std::int64_t overlapsOf(const CompletedRequest& asked, const Communicator& ranks) {
-  std::optional<Problem> problem;
-  together(ranks, [&] { problem = problemToCheck(asked, {}, ranks); });
-  return examine(*problem, readCells(*problem).cells, Loading::plugIn).overlaps;
 }
 
 /// Warns of .pos files that HemoCell's own loader would read instead of the state, and that are of another
@@ -355,7 +346,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   });
   if (!certified) {
     const CompletedRequest completed = withoutClearance(requested(file));
-    if (const std::int64_t pairs = overlapsOf(completed, ranks))
+    if (const std::int64_t pairs = countOverlaps(check(completed, {}, ranks)))
       return packedFrom(fmt::format("{} pair{} of its cells overlap{}", pairs, pairs == 1 ? "" : "s",
                                     pairs == 1 ? "s" : ""),
                         completed);

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -13,10 +12,13 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/output/requested_outputs.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/session/memory.h"
 #include "packMesh/core/poll_scope.h"
 #include "packMesh/packing/pack.h"
@@ -30,25 +32,25 @@ std::string outOfTimeText(double maxSeconds, const Delivery& delivery) {
 }
 
 /// What fixed cells have to do with it: "; 149 cells are fixed, and no place was found for 1 further cell".
-std::string fixedText(const Problem& problem, const PackingResult& result) {
+std::string fixedText(const Packing& packing) {
   std::int64_t fixed = 0;
-  for (const CellSpecies& species : problem.species) fixed += std::int64_t(species.fixed.size());
-  const std::int64_t missing = problem.mostCells() - result.cellCount;
+  for (const CellSpecies& species : packing.problem->species) fixed += std::int64_t(species.fixed.size());
+  const std::int64_t missing = packing.problem->mostCells() - packing.result.cellCount;
   if (fixed == 0 || missing <= 0) return {};
   return fmt::format("; {} cell{} fixed, and no place was found for {} further cell{}", fixed,
                      fixed == 1 ? " is" : "s are", missing, missing == 1 ? "" : "s");
 }
 
 /// Why there is nothing to hand out if not all cells could be packed.
-std::string failureText(const Problem& problem, const PackingResult& result, const Tally& tally,
-                        const Delivery& delivery) {
-  const Statistics& done = result.statistics;
-  const bool begun = done.effort() > 0;
+std::string failureText(const Packing& packing, const Delivery& delivery) {
+  const Problem& problem = *packing.problem;
+  const PackingResult& result = packing.result;
+  const bool begun = result.statistics.effort() > 0;
   if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request.maxSeconds, delivery);
   LumenSample sample(problem);
   const Forecast forecast = forecastOf(problem, sample);
-  return reachedText(problem, result, tally) + fixedText(problem, result) +
+  return reachedText(packing) + fixedText(packing) +
          (result.cellCount == 0
               ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
@@ -56,29 +58,36 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
          roomText(problem, forecast, sample);
 }
 
-Counted counted(const Problem& problem, const PackingResult& result) {
-  Counted counted;
-  counted.parts = result.counts;
-  problem.ranks.sum(counted.parts);
-  std::vector<std::int64_t> counts = countsOf(problem, result.cells);
-  problem.ranks.sum(counts);
-  counted.tally = tallyOf(problem, std::move(counts), excessVolumes(problem, result.cells));
-  return counted;
+/// A result with the numbers of its cells on all ranks. All ranks call.
+Packing countCells(std::shared_ptr<const Problem> problem, const OutputRequest& output, PackedParts packed,
+                   PackingResult result) {
+  Packing packing;
+  packing.problem = std::move(problem);
+  packing.output = output;
+  packing.packed = std::move(packed);
+  packing.result = std::move(result);
+  const Problem& of = *packing.problem;
+  packing.partCounts = packing.result.counts;
+  of.ranks.sum(packing.partCounts);
+  std::vector<std::int64_t> counts = countsOf(of, packing.result.cells);
+  of.ranks.sum(counts);
+  packing.tally = tallyOf(of, std::move(counts), excessVolumes(of, packing.result.cells));
+  return packing;
 }
 
 /// @throws AgreedFailure unless all cells are packed, or those that are suffice
-void requireEnough(const Problem& problem, const PackingResult& result, const Tally& tally,
-                   const Delivery& delivery) {
-  if (result.outcome != Outcome::outOfReach) return;
-  if (!problem.request.bestEffort || result.cellCount == 0)
-    throw AgreedFailure({ExitCode::outOfReach, failureText(problem, result, tally, delivery)});
-  log::warning(
-      fmt::format("{}; {} ({})", reachedText(problem, result, tally), delivery.fewer, named("best-effort")));
+void requireEnough(const Packing& packing, const Delivery& delivery) {
+  if (packing.result.outcome != Outcome::outOfReach) return;
+  if (!packing.problem->request.bestEffort || packing.result.cellCount == 0)
+    throw AgreedFailure({ExitCode::outOfReach, failureText(packing, delivery)});
+  log::warning(fmt::format("{}; {} ({})", reachedText(packing), delivery.fewer, named("best-effort")));
 }
 
 /// @throws AgreedFailure if the certificate is not clean and complete, or if HemoCell would delete cells of a
 /// packing of which it keeps all
-void requireVerified(const PackingResult& result, const Kept& kept, const Delivery& delivery) {
+void requireVerified(const Packing& packing, const Delivery& delivery) {
+  const PackingResult& result = packing.result;
+  const Kept& kept = packing.kept;
   const bool complete = result.certificate.cells == result.cellCount;
   if (result.certificate.clean() && complete && kept.asExpected()) return;
   throw AgreedFailure(
@@ -154,14 +163,11 @@ Packing Session::pack(const std::shared_ptr<const Problem>& problem, const Outpu
     throwInterrupted(output);
   }
   const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
-  Packing done;
+  Packing done = countCells(problem, output, std::move(packing.packed), std::move(packing.result));
   if (repeats) {
-    done.problem = problem;
-    done.packed = std::move(packing.packed);
-    done.result = std::move(packing.result);
-    done = repeatedInTiles(std::move(done), packing.state.has_value());
+    done = repeatInTiles(std::move(done), packing.state.has_value());
   } else {
-    done = verified(problem, std::move(packing.packed), std::move(packing.result));
+    done = verify(std::move(done));
     done.state = std::move(packing.state);
   }
   done.times = {timer_.cpu(), timer_.wall()};
@@ -175,23 +181,18 @@ void Session::throwInterrupted(const OutputRequest& output) const {
                    : fmt::format("interrupted: {}", delivery_.interrupted)});
 }
 
-Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts packed,
-                          PackingResult result) const {
-  Packing done;
-  done.problem = std::move(problem);
-  done.packed = std::move(packed);
-  done.result = std::move(result);
-  done.cells = counted(*done.problem, done.result);
-  const Tally& tally = done.cells.tally;
-  requireEnough(*done.problem, done.result, tally, delivery_);
-  done.kept = delivery_.countedLater
-                  ? Kept{Loading::plugIn, tally.counts, excessVolumes(*done.problem, done.result.cells), {}}
-                  : keptOf(*done.problem, done.result.cells);
-  requireVerified(done.result, done.kept, delivery_);
-  return done;
+Packing Session::verify(Packing packing) const {
+  requireEnough(packing, delivery_);
+  const Problem& problem = *packing.problem;
+  const std::vector<PlacedCell>& cells = packing.result.cells;
+  packing.kept = delivery_.countedLater
+                     ? Kept{Loading::plugIn, packing.tally.counts, excessVolumes(problem, cells), {}, {}}
+                     : findKept(problem, cells, loadingOf(problem, cells));
+  requireVerified(packing, delivery_);
+  return packing;
 }
 
-Packing Session::repeatedInTiles(Packing before, bool withState) const {
+Packing Session::repeatInTiles(Packing before, bool withState) const {
   const Problem& problem = *before.problem;
   std::shared_ptr<const Problem> big;
   together(ranks_, [&] {
@@ -211,68 +212,20 @@ Packing Session::repeatedInTiles(Packing before, bool withState) const {
   nameBySpecies(big->atDemanded, result);
   if (result.outcome == Outcome::interrupted)
     throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery_.interrupted)});
-  Packing done = verified(big, big->atDemanded, std::move(result));
+  Packing done = verify(countCells(big, before.output, big->atDemanded, std::move(result)));
   done.state = std::move(end);
   done.before = std::make_shared<const Packing>(std::move(before));
   return done;
 }
 
-Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
-  Kept own;
-  own.loading = loadingOf(problem, cells);
-  own.kept.assign(problem.species.size(), 0);
-  own.excess.assign(problem.species.size(), 0.0);
-  if (!knowsAcceptance(problem)) return own;
-  std::vector<char> isKept(cells.size(), true);
-  forEachVerdict(problem, cells, own.loading,
-                 [&](std::size_t i, const std::optional<std::string>& violation) {
-                   isKept[i] = !violation;
-                   if (violation) {
-                     countReason(own, *violation, 1);
-                   } else {
-                     ++own.kept[cells[i].species];
-                   }
-                 });
-  std::string text;
-  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
-  const std::vector<char> all = problem.ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
-  Kept kept;
-  kept.loading = own.loading;
-  kept.kept = std::move(own.kept);
-  problem.ranks.sum(kept.kept);
-  kept.excess = excessVolumes(problem, cells, [&](std::size_t i) { return isKept[i]; });
-  std::istringstream reasons(std::string(all.begin(), all.end()));
-  std::int64_t count = 0;
-  std::string reason;
-  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
-    countReason(kept, reason, count);
-  return kept;
-}
-
-std::optional<ResultState> resultStateOf(const Packing& packing) {
-  if (!packing.state) return {};
-  return ResultState{packing.packed, *packing.state};
-}
-
-Finished finishedOf(const Packing& packing, const OutputRequest& output) {
-  Finished done{*packing.problem,    output,      packing.packed.clearances, packing.result,
-                packing.cells.tally, packing.kept};
-  if (packing.before) done.repeated.emplace(Repeated{*packing.before->problem, packing.before->result});
-  return done;
-}
-
 void logSummary(const Packing& packing) {
-  for (const std::string& line : footLines(*packing.problem, packing.packed.clearances, packing.cells.tally,
-                                           packing.result.certificate, packing.kept, packing.times))
+  for (const std::string& line : footLines(packing)) log::info(line);
+  const Problem& problem = *packing.problem;
+  for (const std::string& line : bloodLines(packing, deformedCounts(problem, packing.result.cells)))
     log::info(line);
-  const std::vector<Part>& parts = packing.packed.parts;
-  for (const std::string& line : bloodLines(*packing.problem, parts, packing.cells.tally.counts,
-                                            deformedCounts(*packing.problem, packing.result.cells)))
-    log::info(line);
-  for (const std::string& line : regionLines(*packing.problem, parts, packing.cells.parts)) log::info(line);
-  if (!packing.problem->layout.profile) return;
-  for (const std::string& line :
-       profileLines(*packing.problem, reachedProfile(*packing.problem, packing.result.cells)))
+  for (const std::string& line : regionLines(packing)) log::info(line);
+  if (!problem.layout.profile) return;
+  for (const std::string& line : profileLines(problem, reachedProfile(problem, packing.result.cells)))
     log::info(line);
 }
 

@@ -6,17 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
-#include <vector>
 
-#include "hemocell_adapter/output/finished.h"
-#include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/problem.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/packing/packing_result.h"
 
 namespace packmesh::hemocell {
 
@@ -47,27 +42,6 @@ inline constexpr Delivery addedToHemocell = {"no cells were added",
                                              "no cells were added",
                                              "no cells were added; the state is in ",
                                              true};
-
-/// The cells of a result, on all ranks.
-struct Counted {
-  std::vector<std::int64_t> parts;  ///< by part
-  Tally tally;                      ///< by species
-};
-
-/// A packing that may be handed out: certified, counted, and kept by HemoCell as far as that is promised.
-/// Each rank has its share of the cells.
-struct Packing {
-  std::shared_ptr<const Problem> problem;
-  PackedParts packed;    ///< with the clearances that were kept
-  PackingResult result;  ///< its cells are named by the species of the problem
-  Counted cells;
-  Kept kept;
-  RunTimes times;
-  /// If the request asks for a state file: to be written with the cells.
-  std::optional<PackingState> state;
-  /// Of a packing that was repeated in a larger box: the one before.
-  std::shared_ptr<const Packing> before;
-};
 
 /// A function that throws AgreedFailure, inside together(), when `maxSeconds` (0: no limit) have passed since
 /// now, and when the caller asks for an end.
@@ -100,8 +74,8 @@ class Session {
  private:
   [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
-  Packing verified(std::shared_ptr<const Problem> problem, PackedParts packed, PackingResult result) const;
-  Packing repeatedInTiles(Packing before, bool withState) const;
+  Packing verify(Packing packing) const;
+  Packing repeatInTiles(Packing before, bool withState) const;
 
   const Delivery& delivery_;
   Hooks hooks_;
@@ -110,16 +84,7 @@ class Session {
   bool stateSaved_ = false, stateSavedOnce_ = false;
 };
 
-/// What HemoCell keeps of the cells of all ranks. All ranks call.
-Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells);
-
 /// The summary of a packing, of its regions and its profile. All ranks call.
 void logSummary(const Packing& packing);
-
-/// Its state and the parts that were packed, if there is a state. References the packing.
-std::optional<ResultState> resultStateOf(const Packing& packing);
-
-/// A packing and what is written of it, which are referenced.
-Finished finishedOf(const Packing& packing, const OutputRequest& output);
 
 }  // namespace packmesh::hemocell

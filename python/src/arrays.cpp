@@ -70,25 +70,45 @@ std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
   return lines;
 }
 
+const std::vector<Vec3>* HeldCells::ownVertices(std::size_t cell) const {
+  if (packing) {
+    const PlacedCell& placed = packing->result.cells[cell];
+    const Problem& problem = *packing->problem;
+    return problem.isDeformed(placed) ? &problem.shapes[placed.shape]->mesh().vertices : nullptr;
+  }
+  const std::vector<Vec3>& own = loaded->cells[cell].vertices;
+  return own.empty() ? nullptr : &own;
+}
+
+Placement HeldCells::placement(std::size_t cell) const {
+  return packing ? packing->result.cells[cell].placement : placementOf(posLineOf(loaded->cells[cell].pose));
+}
+
+std::shared_ptr<const Request> HeldCells::asked() const {
+  return packing ? packing->problem->request.asked : requestOfCells(*loaded, file);
+}
+
 py::array positionsOf(const PythonPacking& packing) {
-  const std::vector<Pose>& poses = packing.held->packing.result.poses;
-  return readOnly(
-      py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(3)}, {sizeof(Pose), sizeof(double)},
-                          poses.empty() ? nullptr : poses[0].position.data(), keeperOf(packing.held)));
+  const Held& held = packing.held;
+  const auto stride = held->packing ? sizeof(Pose) : sizeof(Cell);
+  return readOnly(py::array_t<double>({py::ssize_t(held->size()), py::ssize_t(3)}, {stride, sizeof(double)},
+                                      held->size() == 0 ? nullptr : held->pose(0).position.data(),
+                                      keeperOf(held)));
 }
 
 py::array rotationsOf(const PythonPacking& packing) {
-  const std::vector<Pose>& poses = packing.held->packing.result.poses;
-  return readOnly(py::array_t<double>(
-      {py::ssize_t(poses.size()), py::ssize_t(4)}, {sizeof(Pose), sizeof(double)},
-      poses.empty() ? nullptr : poses[0].orientation.coeffs().data(), keeperOf(packing.held)));
+  const Held& held = packing.held;
+  const auto stride = held->packing ? sizeof(Pose) : sizeof(Cell);
+  return readOnly(py::array_t<double>({py::ssize_t(held->size()), py::ssize_t(4)}, {stride, sizeof(double)},
+                                      held->size() == 0 ? nullptr : held->pose(0).orientation.coeffs().data(),
+                                      keeperOf(held)));
 }
 
 py::array_t<std::int32_t> speciesOf(const PythonPacking& packing) {
   const Held held = packing.held;
-  py::array_t<std::int32_t> array(py::ssize_t(held->packing.result.cells.size()));
+  py::array_t<std::int32_t> array(py::ssize_t(held->size()));
   std::int32_t* out = array.mutable_data();
-  for (const PlacedCell& cell : held->packing.result.cells) *out++ = held->kindOf[cell.species];
+  for (std::size_t i = 0; i < held->size(); ++i) *out++ = held->kind(i);
   return array;
 }
 
@@ -96,16 +116,15 @@ py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
   const Held held = packing.held;
   const std::vector<Vec3>& body = held->kinds.at(species).mesh.vertices;
   py::ssize_t count = 0;
-  for (const PlacedCell& cell : held->packing.result.cells) count += held->kindOf[cell.species] == species;
+  for (std::size_t i = 0; i < held->size(); ++i) count += held->kind(i) == species;
   py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
   double* out = array.mutable_data();
-  const std::vector<PlacedCell>& cells = held->packing.result.cells;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const PlacedCell& cell = cells[i];
-    if (held->kindOf[cell.species] != species) continue;
-    const std::vector<Vec3>* const own = ownVertices(*held, i);
+  for (std::size_t i = 0; i < held->size(); ++i) {
+    if (held->kind(i) != species) continue;
+    const std::vector<Vec3>* const own = held->ownVertices(i);
+    const Placement placement = held->placement(i);
     for (const Vec3& vertex : own ? *own : body)
-      for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
+      for (const double x : Vec3(placement(vertex))) *out++ = x;
   }
   return array;
 }

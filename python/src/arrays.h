@@ -5,17 +5,40 @@
 #include <pybind11/numpy.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/session/held_packing.h"
+#include "hemocell_adapter/session/in_memory.h"
 
-using Held = std::shared_ptr<const packmesh::hemocell::HeldPacking>;
+/// A packing, or the cells of a state until their packing is needed. Each rank has its share of them.
+struct HeldCells {
+  std::vector<packmesh::StateCells::Kind> kinds;  ///< their numbers are those of all ranks
+  packmesh::Communicator ranks;
+  std::filesystem::path file;  ///< from which they were loaded; empty if they were packed
+  std::shared_ptr<const packmesh::hemocell::Packing> packing;  ///< nullptr: only loaded
+  std::vector<int> kindOf;                                     ///< of each species of the packing
+  std::shared_ptr<const packmesh::StateCells> loaded;          ///< nullptr: there is a packing
 
-/// What Python holds: a packing that never changes. A loaded one is replaced by the same one with its scene
-/// as soon as that is needed, while other threads may still read the former. Python's lock protects the
-/// pointer.
+  std::size_t size() const { return packing ? packing->result.cells.size() : loaded->cells.size(); }
+  const packmesh::Pose& pose(std::size_t cell) const {
+    return packing ? packing->result.poses[cell] : loaded->cells[cell].pose;
+  }
+  int kind(std::size_t cell) const {
+    return packing ? kindOf[packing->result.cells[cell].species] : loaded->cells[cell].species;
+  }
+  /// Vertices of a cell that has a mesh of its own, in the frame of the template [µm]; nullptr: it has that.
+  const std::vector<packmesh::Vec3>* ownVertices(std::size_t cell) const;
+  /// As it is written.
+  packmesh::Placement placement(std::size_t cell) const;
+  /// What was asked for; nullptr: its state does not say.
+  std::shared_ptr<const packmesh::hemocell::Request> asked() const;
+};
+using Held = std::shared_ptr<const HeldCells>;
+
+/// What Python holds: cells that never change. Loaded ones are replaced by their packing as soon as that is
+/// needed, while other threads may still read the former. Python's lock protects the pointer.
 struct PythonPacking {
   Held held;
 };
@@ -38,7 +61,7 @@ std::vector<packmesh::hemocell::PosLine> linesOf(const std::string& name, const 
 /// Views of what the packing holds, shapes (N, 3) and (N, 4), which are not written to.
 pybind11::array positionsOf(const PythonPacking& packing);
 pybind11::array rotationsOf(const PythonPacking& packing);
-/// Of each cell: index into HeldPacking::kinds.
+/// Of each cell: index into HeldCells::kinds.
 pybind11::array_t<std::int32_t> speciesOf(const PythonPacking& packing);
 /// Of the cells of a kind: their vertices, shape (n, V, 3).
 pybind11::array_t<double> verticesOf(const PythonPacking& packing, int species);

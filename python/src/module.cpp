@@ -29,8 +29,8 @@
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
-#include "hemocell_adapter/session/examined_outputs.h"
-#include "hemocell_adapter/session/held_packing.h"
+#include "hemocell_adapter/session/examination.h"
+#include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/poll_scope.h"
@@ -81,22 +81,32 @@ py::dict certificateOf(const Certificate& certificate) {
   return all;
 }
 
-/// @param tally of the cells examined
-py::dict examinationOf(const Problem& problem, const Tally& tally, const Examination& found) {
+py::dict examinationOf(const Packing& packing, const Certificate& certificate, const Kept& kept) {
+  const Problem& problem = *packing.problem;
   py::list names, dropped;
   for (const CellSpecies& species : problem.species) names.append(species.name);
-  for (const Examination::Dropped& one : found.dropped)
-    dropped.append(py::make_tuple(one.cell, found.reasons[one.reason]));
+  for (const Kept::Dropped& one : kept.dropped)
+    dropped.append(py::make_tuple(one.cell, kept.reasons[one.reason].first));
   py::dict all;
-  all["clean"] = found.clean();
+  all["clean"] = isClean(certificate, kept);
   all["names"] = names;
-  all["counts"] = tally.counts;
-  all["certificate"] = certificateOf(found.certificate);
+  all["counts"] = packing.tally.counts;
+  all["certificate"] = certificateOf(certificate);
   all["knows_acceptance"] = knowsAcceptance(problem);
   all["dropped"] = dropped;
-  all["hematocrit"] = tally.redMesh / problem.referenceVolume();
+  all["hematocrit"] = packing.tally.redMesh / problem.referenceVolume();
   all["unchecked"] = problem.unchecked;
   return all;
+}
+
+/// A packing for Python.
+Held heldOf(Packing packed, const Communicator& ranks) {
+  auto held = std::make_shared<HeldCells>();
+  held->packing = std::make_shared<const Packing>(std::move(packed));
+  held->ranks = ranks;
+  held->kinds = kindsOf(*held->packing);
+  held->kindOf = findKinds(*held->packing->problem, held->kinds);
+  return held;
 }
 
 // The functions.
@@ -109,19 +119,23 @@ PythonPacking pack(const py::dict& stated, std::uintptr_t mpi, const py::object&
     caller.listenTo(ranks);
     Request asked;
     together(ranks, [&] { asked = continued(own); });
-    return PythonPacking{caller.onAllRanks(ranks, [&] {
-      return std::make_shared<const HeldPacking>(packInMemory(asked, ranks, caller.hooks()));
-    })};
+    return PythonPacking{
+        caller.onAllRanks(ranks, [&] { return heldOf(packInMemory(asked, ranks, caller.hooks()), ranks); })};
   });
 }
 
-/// @param original see loadPacking()
+/// @param original see loadCells(); empty: there
 PythonPacking load(const fs::path& file, std::uintptr_t mpi, const fs::path& original) {
   Caller caller;
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
-    return PythonPacking{std::make_shared<const HeldPacking>(loadPacking(file, ranks, original))};
+    auto held = std::make_shared<HeldCells>();
+    held->ranks = ranks;
+    held->file = original.empty() ? file : original;
+    held->loaded = std::make_shared<const StateCells>(loadCells(file, ranks, held->file));
+    held->kinds = held->loaded->species;
+    return PythonPacking{std::move(held)};
   });
 }
 
@@ -130,9 +144,9 @@ bool isOfRun(const fs::path& file) {
   return Caller().run([&] { return !readStateHead(file, oldestStateVersion).record.origin.empty(); });
 }
 
-/// With the scene, which a loaded packing has not yet.
+/// Uses the packing, which there is not yet of cells that were only loaded.
 template <class Use>
-auto withScene(PythonPacking& packing, Use&& use) {
+auto withPacking(PythonPacking& packing, Use&& use) {
   Caller caller;
   return caller.run([&] {
     const auto locked = [](auto&& work) {
@@ -141,70 +155,68 @@ auto withScene(PythonPacking& packing, Use&& use) {
     };
     Held held = locked([&] { return packing.held; });
     caller.listenTo(held->ranks);
-    if (!held->packing.problem) {
-      held = std::make_shared<const HeldPacking>(completed(*held));
+    if (!held->packing) {
+      auto with = std::make_shared<HeldCells>(*held);
+      with->packing =
+          std::make_shared<const Packing>(completePacking(*held->loaded, held->file, held->ranks));
+      with->kindOf = findKinds(*with->packing->problem, with->kinds);
+      with->loaded.reset();
+      held = std::move(with);
       const Held before = locked([&] { return std::exchange(packing.held, held); });
     }
-    return use(*held);
+    return use(*held->packing);
   });
 }
 
 double hematocritOf(PythonPacking& packing) {
-  return withScene(packing, [](const HeldPacking& held) {
-    return held.packing.cells.tally.redMesh / held.packing.problem->referenceVolume();
-  });
+  return withPacking(
+      packing, [](const Packing& cells) { return cells.tally.redMesh / cells.problem->referenceVolume(); });
 }
 
 /// @param asState as cells that the plug-in loads from the state
 py::dict examined(PythonPacking& packing, bool asState) {
-  std::shared_ptr<const Problem> problem;
-  Tally tally;
-  const Examination found = withScene(packing, [&](const HeldPacking& held) {
-    problem = held.packing.problem;
-    tally = held.packing.cells.tally;
-    const std::vector<PlacedCell>& cells = held.packing.result.cells;
-    return examine(*problem, cells, asState ? Loading::plugIn : loadingOf(*problem, cells),
-                   held.packing.packed.clearances);
+  Certificate certificate;
+  Kept kept;
+  withPacking(packing, [&](const Packing& packed) {
+    const std::vector<PlacedCell>& cells = packed.result.cells;
+    const Loading loading = asState ? Loading::plugIn : loadingOf(*packed.problem, cells);
+    certificate = examine(*packed.problem, cells, packed.packed.clearances);
+    kept = findKept(*packed.problem, cells, loading);
   });
-  return examinationOf(*problem, tally, found);
+  const Held held = packing.held;
+  return examinationOf(*held->packing, certificate, kept);
 }
 
 /// @param tables file that the package converts; empty: none
-py::dict check(const py::dict& stated, const std::optional<fs::path>& tables, bool withReport) {
+py::dict checkFiles(const py::dict& stated, const std::optional<fs::path>& tables, bool withReport) {
   const Request asked = requestOf(stated);
   Caller caller;
-  const auto problem = std::make_shared<Problem>();
-  FoundCells cells;
   std::optional<std::string> report;
   bool written = false;
-  const Examination found = caller.run([&] {
+  const Packing checked = caller.run([&] {
     const InputRecord inputs;
-    const Timer timer;
     const CompletedRequest completed = requestToCheck(asked);
     const OutputRequest output = outputsToCheck(asked, completed);
     const fs::path& folder = output.folder;
     if (!foldersToCheck(completed.request, output).empty())
       throw InputError(folder.string() + ": has realisations; check the folder of each");
-    {
-      const PollScope scope(
-          endOfPreparation(completed.request.maxSeconds, returnedToPython, caller.hooks().interrupted));
-      together(problem->ranks, [&] { *problem = problemToCheck(completed, folder); });
+    CheckHooks hooks;
+    hooks.made = [](const Problem& problem) { tell(problem.notices); };
+    hooks.poll = endOfPreparation(completed.request.maxSeconds, returnedToPython, caller.hooks().interrupted);
+    hooks.asRead = tables || withReport;
+    Packing cells = check(completed, folder, Communicator(), hooks);
+    cells.output = output;
+    if (hooks.asRead && isShowable(cells)) {
+      if (tables) saveTables(cells, *tables);
+      if (withReport) report = reportText(cells);
+      written = true;
     }
-    tell(problem->notices);
-    cells = readCells(*problem);
-    const Examination examined = examine(*problem, cells.cells, cells.loading);
-    if (tables || withReport)
-      withExamined(*problem, output, cells, examined, [&](const Finished& done) {
-        if (tables) saveTables(done, *tables);
-        if (withReport) report = reportText(done, {timer.cpu(), timer.wall()});
-        written = true;
-      });
-    return examined;
+    return cells;
   });
-  py::dict all = examinationOf(*problem, tallyOf(*problem, cells.counts, cells.excess), found);
+  py::dict all = examinationOf(checked, checked.result.certificate, checked.kept);
   all["report"] = report;
   all["written"] = written;
-  all["require_writable"] = py::cpp_function([problem](const std::vector<fs::path>& files) {
+  all["require_writable"] = py::cpp_function([problem = checked.problem](const std::vector<fs::path>& files) {
     Caller().run([&] { requireWritableOutputs(*problem, {}, false, files); });
   });
   return all;
@@ -268,9 +280,9 @@ py::list countsByName(const PythonPacking& packing) {
 /// By name: shape (N,), or (N, k). Gaps beyond those measured are infinite, as in the certificate.
 py::dict columnsByName(PythonPacking& packing) {
   double measured = 0.0;
-  std::vector<CellColumn> columns = withScene(packing, [&](const HeldPacking& held) {
-    measured = held.packing.result.certificate.gapsMeasuredUpTo;
-    return columnsOf(held);
+  std::vector<CellColumn> columns = withPacking(packing, [&](const Packing& cells) {
+    measured = cells.result.certificate.gapsMeasuredUpTo;
+    return columnsOf(cells);
   });
   py::dict all;
   for (CellColumn& column : columns) {
@@ -287,23 +299,30 @@ py::dict columnsByName(PythonPacking& packing) {
 /// Whether there are cells of a species with meshes of their own, on any rank.
 bool hasDeformed(const PythonPacking& packing, int species) {
   const Held held = packing.held;
-  const std::vector<PlacedCell>& cells = held->packing.result.cells;
   bool any = false;
-  for (std::size_t i = 0; i < cells.size() && !any; ++i)
-    any = held->kindOf[cells[i].species] == species && ownVertices(*held, i);
+  for (std::size_t i = 0; i < held->size() && !any; ++i)
+    any = held->kind(i) == species && held->ownVertices(i);
   return held->ranks.any(any);
 }
 
 /// None if its state does not say.
 py::object askedOf(const PythonPacking& packing) {
-  const auto& asked = packing.held->asked;
+  const std::shared_ptr<const Request> asked = packing.held->asked();
   return asked ? dictOf(*asked) : py::object(py::none());
 }
 
 /// The words of a command that asks for the same; None if there is none.
 py::object commandOf(const PythonPacking& packing) {
-  const auto& asked = packing.held->asked;
+  const std::shared_ptr<const Request> asked = packing.held->asked();
   return asked ? wordsIn(*asked) : py::object(py::none());
+}
+
+py::array_t<double> linesOfCells(const PythonPacking& packing) {
+  const Held& held = packing.held;
+  if (held->packing) return arrayOf(posLinesOf(*held->packing));
+  std::vector<PosLine> lines;
+  for (const Cell& cell : held->loaded->cells) lines.push_back(posLineOf(cell.pose));
+  return arrayOf(lines);
 }
 
 void save(const PythonPacking& packing, const fs::path& file) {
@@ -311,7 +330,9 @@ void save(const PythonPacking& packing, const fs::path& file) {
   Caller caller;
   caller.run([&] {
     caller.listenTo(held->ranks);
-    savePacking(*held, file);
+    if (!held->file.empty())
+      throw InputError("the packing was loaded from " + held->file.string() + ": copy that file");
+    savePacking(*held->packing, file);
   });
 }
 
@@ -321,14 +342,16 @@ PythonNumbers numbersOfCells(const PythonPacking& packing, const std::string& se
   Caller caller;
   std::vector<StateTable> tables = caller.run([&] {
     caller.listenTo(held->ranks);
-    return storedCells(stateCellsOf(*held));
+    return storedCells(
+        gatherCells(held->packing ? cellsOf(*held->packing, held->kinds) : *held->loaded, held->ranks));
   });
   return numbersOf(setting, "", std::move(tables));
 }
 
 /// The folder of the states of the engine; nothing if there is none.
 std::optional<fs::path> framesOf(const PythonPacking& packing) {
-  const std::optional<FrameSeries> series = requestedFrames(packing.held->output);
+  const Held& held = packing.held;
+  const auto series = held->packing ? requestedFrames(held->packing->output) : std::nullopt;
   return series ? std::optional(StateFrames::folderIn(series->folder)) : std::nullopt;
 }
 
@@ -339,46 +362,47 @@ void addPacking(py::module_& module) {
       .def_property_readonly("command", &commandOf)
       .def("numbers", &numbersOfCells)
       .def_property_readonly("growth_frames", &framesOf)
-      .def_property_readonly(
-          "complete",
-          [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })
+      .def_property_readonly("complete",
+                             [](const PythonPacking& p) {
+                               return !p.held->packing ||
+                                      p.held->packing->result.outcome == Outcome::certified;
+                             })
       .def("deformed", &hasDeformed)
       .def_property_readonly("positions", &positionsOf)
       .def_property_readonly("rotations", &rotationsOf)
       .def_property_readonly("species", &speciesOf)
       .def("vertices", &verticesOf)
       .def("template", &templateOf)
-      .def("lines", [](const PythonPacking& p) { return arrayOf(posLinesOf(*p.held)); })
+      .def("lines", &linesOfCells)
       .def("hematocrit", &hematocritOf)
       .def("certificate",
            [](PythonPacking& p) {
              return certificateOf(
-                 withScene(p, [](const HeldPacking& held) { return held.packing.result.certificate; }));
+                 withPacking(p, [](const Packing& cells) { return cells.result.certificate; }));
            })
       .def("check", &examined, py::arg("as_state") = false)
       .def("columns", &columnsByName)
-      .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
+      .def("report", [](PythonPacking& p) { return withPacking(p, reportText); })
       .def("lumen",
            [](PythonPacking& p) {
-             const auto [bounds, period] = withScene(p, [](const HeldPacking& held) {
-               const Container& container = *held.packing.problem->lumen.container;
+             const auto [bounds, period] = withPacking(p, [](const Packing& cells) {
+               const Container& container = *cells.problem->lumen.container;
                return std::pair(container.bounds(), container.period());
              });
              return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi), vectorOf(period));
            })
       .def("write",
            [](PythonPacking& p, const fs::path& folder, const std::vector<fs::path>& others) {
-             return withScene(p, [&](const HeldPacking& held) { return writeCells(held, folder, others); });
+             return withPacking(p, [&](const Packing& cells) { return writeCells(cells, folder, others); });
            })
       .def("save_tables",
            [](PythonPacking& p, const fs::path& file) {
-             withScene(p, [&](const HeldPacking& held) { saveTables(held, file); });
+             withPacking(p, [&](const Packing& cells) { saveTables(cells, file); });
            })
       .def("require_writable",
            [](PythonPacking& p, const std::vector<fs::path>& files) {
-             withScene(p, [&](const HeldPacking& held) {
-               onFirstRank(held.ranks,
-                           [&] { requireWritableOutputs(*held.packing.problem, {}, false, files); });
+             withPacking(p, [&](const Packing& cells) {
+               onFirstRank(cells.ranks(), [&] { requireWritableOutputs(*cells.problem, {}, false, files); });
              });
            })
       .def("save", &save);
@@ -398,7 +422,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("pack", &pack);
   module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
   module.def("is_of_run", &isOfRun);
-  module.def("check", &check);
+  module.def("check", &checkFiles);
   module.def("forecast", &forecast);
   module.def("read_pos", &readPosFile);
   module.def("write_pos", &writePos);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/session/held_packing.h"
+#include "hemocell_adapter/session/in_memory.h"
 #include "hemocell_adapter/settings/request.h"
 
 /// Of a dict with what JSON would have (request_json.h), and numbers of NumPy where a file may be. Needs

@@ -20,7 +20,7 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/make_lumen.h"
-#include "hemocell_adapter/session/held_packing.h"
+#include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/analysis/wall_depth.h"
 #include "packMesh/certificate/mesh_overlaps.h"
 #include "packMesh/container/primitives.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "hemocell_adapter/session/held_packing.h"
+#include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/container/primitives.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/deformed.h"

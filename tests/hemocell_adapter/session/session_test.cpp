@@ -55,8 +55,8 @@ TEST_CASE("A session hands out a packing that is certified, counted and kept by 
   const Packing packing = quiet.pack();
   CHECK(packing.result.outcome == Outcome::certified);
   CHECK(packing.result.certificate.clean());
-  CHECK(packing.cells.tally.counts == std::vector<std::int64_t>{6, 2});
-  CHECK(packing.kept.kept == packing.cells.tally.counts);
+  CHECK(packing.tally.counts == std::vector<std::int64_t>{6, 2});
+  CHECK(packing.kept.kept == packing.tally.counts);
   CHECK(packing.kept.reasons.empty());
   CHECK_FALSE(packing.state);
   CHECK_FALSE(packing.before);

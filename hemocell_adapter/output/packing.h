@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The cells of a problem, and what is known of them.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/problem/problem.h"
+#include "hemocell_adapter/settings/request.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/packing/packing_state.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// Times of a run [s].
+struct RunTimes {
+  double cpu = 0.0, wall = 0.0;
+};
+
+/// What HemoCell keeps of the cells of all ranks.
+struct Kept {
+  Loading loading = Loading::posFiles;
+  std::vector<std::int64_t> kept;  ///< per species
+  std::vector<double> excess;      ///< of these cells, see excessVolumes() [µm³]
+  /// Why the others are deleted, in the order in which that occurs, with their number.
+  std::vector<std::pair<std::string, std::int64_t>> reasons;
+  struct Dropped {
+    std::int64_t cell;
+    std::int64_t reason;  ///< index into `reasons`
+  };
+  std::vector<Dropped> dropped;  ///< the others, ascending
+
+  /// Whether the others do nothing but cross a periodic face.
+  bool asExpected() const {
+    return std::all_of(reasons.begin(), reasons.end(), [](const auto& one) { return isExpected(one.first); });
+  }
+  /// Whether it keeps a cell, given its number.
+  bool keeps(std::int64_t cell) const {
+    const auto at =
+        std::lower_bound(dropped.begin(), dropped.end(), cell,
+                         [](const Dropped& one, std::int64_t number) { return one.cell < number; });
+    return at == dropped.end() || at->cell != cell;
+  }
+};
+
+/// Cells that were packed, continued, loaded or read to be checked, certified and counted. Each rank has its
+/// share of them.
+struct Packing {
+  std::shared_ptr<const Problem> problem;
+  OutputRequest output;  ///< what is written of it
+  PackedParts packed;    ///< with the clearances that were kept; of a check those demanded, and no parts
+  /// Its cells are named by the species of the problem. Of cells that were loaded or read there are neither
+  /// counts of parts nor statistics.
+  PackingResult result;
+  std::vector<std::int64_t> partCounts;  ///< of all ranks; empty if nothing was packed
+  Tally tally;                           ///< of all ranks
+  Kept kept;
+  RunTimes times;
+  bool checked = false;  ///< cells of files or states, as they are
+  /// If the request asks for a state file: to be written with the cells.
+  std::optional<PackingState> state = {};
+  /// Of a packing that was repeated in a larger box: the one before.
+  std::shared_ptr<const Packing> before = {};
+
+  const Communicator& ranks() const { return problem->ranks; }
+};
+
+}  // namespace packmesh::hemocell
