@@ -33,13 +33,16 @@ typedef float UnalignedRegister
 typedef int MaskRegister __attribute__((vector_size(registerLanes * sizeof(int))));
 
 /// Operations that vector types lack, or that g++ compiles to several instructions: maximum (a > b ? a : b),
-/// minimum, bits of a mask, and gather (the 32 bits that begin at each element `base[at]`).
+/// minimum, square root, bits of a mask, and gather (the 32 bits that begin at each element `base[at]`).
 #if defined(__AVX512F__)
 inline Register larger(Register a, Register b) {
   return _mm512_max_ps(a, b);
 }
 inline Register smaller(Register a, Register b) {
   return _mm512_min_ps(a, b);
+}
+inline Register squareRoot(Register a) {
+  return _mm512_sqrt_ps(a);
 }
 inline unsigned bitsOf(MaskRegister m) {
   return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m));
@@ -56,6 +59,9 @@ inline Register larger(Register a, Register b) {
 inline Register smaller(Register a, Register b) {
   return _mm256_min_ps(a, b);
 }
+inline Register squareRoot(Register a) {
+  return _mm256_sqrt_ps(a);
+}
 inline unsigned bitsOf(MaskRegister m) {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m)));
 }
@@ -70,6 +76,11 @@ inline Register larger(Register a, Register b) {
 }
 inline Register smaller(Register a, Register b) {
   return a < b ? a : b;
+}
+inline Register squareRoot(Register a) {
+  Register out;
+  for (int lane = 0; lane < registerLanes; ++lane) out[lane] = __builtin_sqrtf(a[lane]);
+  return out;
 }
 template <class Element>
 inline MaskRegister gather(const Element* base, MaskRegister at) {
@@ -168,11 +179,7 @@ inline Lanes magnitude(const Lanes& a) {
       [&](int k) { return reinterpret_cast<Register>(reinterpret_cast<MaskRegister>(a.r[k]) & 0x7fffffff); });
 }
 inline Lanes squareRoot(const Lanes& a) {
-  return each([&](int k) {
-    Register out;
-    for (int lane = 0; lane < registerLanes; ++lane) out[lane] = __builtin_sqrtf(a.r[k][lane]);
-    return out;
-  });
+  return each([&](int k) { return squareRoot(a.r[k]); });
 }
 
 inline Ints truncated(const Lanes& a) {

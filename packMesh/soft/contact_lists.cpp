@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/soft/contact_lists.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+namespace packmesh {
+namespace {
+
+constexpr int blockSize = ContactFours::width;
+constexpr float none[3] = {0.0f, 0.0f, 0.0f};
+
+/// Sorts items[begin, end) so that each sixteen are near each other: halves along the longest side.
+void arrange(std::vector<int>& items, const std::vector<Vec3>& centers, std::size_t begin, std::size_t end) {
+  if (end - begin <= std::size_t(blockSize)) {
+    std::sort(items.begin() + std::ptrdiff_t(begin), items.begin() + std::ptrdiff_t(end));
+    return;
+  }
+  Eigen::AlignedBox3d box;
+  for (std::size_t k = begin; k < end; ++k) box.extend(centers[items[k]]);
+  Eigen::Index axis;
+  box.sizes().maxCoeff(&axis);
+  const std::size_t groups = (end - begin + blockSize - 1) / blockSize,
+                    middle = begin + groups / 2 * blockSize;
+  std::nth_element(items.begin() + std::ptrdiff_t(begin), items.begin() + std::ptrdiff_t(middle),
+                   items.begin() + std::ptrdiff_t(end), [&](int a, int b) {
+                     return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                   });
+  arrange(items, centers, begin, middle);
+  arrange(items, centers, middle, end);
+}
+
+template <int corners, class Corners>
+Clusters::Group<corners> groupsOf(std::size_t count, const std::vector<Vec3>& vertices,
+                                  const Corners& cornersOf) {
+  std::vector<Vec3> centers(count, Vec3::Zero());
+  for (std::size_t i = 0; i < count; ++i)
+    for (int c = 0; c < corners; ++c) centers[i] += vertices[cornersOf(int(i), c)] / double(corners);
+  std::vector<int> items(count);
+  std::iota(items.begin(), items.end(), 0);
+  arrange(items, centers, 0, count);
+  Clusters::Group<corners> out;
+  for (std::size_t begin = 0; begin < count; begin += blockSize) {
+    out.counts.push_back(int(std::min<std::size_t>(blockSize, count - begin)));
+    std::array<std::array<std::int16_t, blockSize>, corners> block{};
+    for (int k = 0; k < out.counts.back(); ++k)
+      for (int c = 0; c < corners; ++c) block[c][k] = std::int16_t(cornersOf(items[begin + k], c));
+    out.blocks.push_back(block);
+  }
+  return out;
+}
+
+/// Product of the normal of a vertex with those of its triangles below which the membrane is folded.
+constexpr float foldedBelow = 0.7f;
+constexpr float tiny = 1e-20f;  // far below rounding; what has no normal keeps none
+
+template <int corners>
+void fitTo(const Clusters::Group<corners>& group, const float* positions, Outline::Boxes& boxes) {
+  boxes.each.resize(group.blocks.size());
+  boxes.eight.resize((boxes.each.size() + 7) / 8);
+  for (FloatBox& box : boxes.eight) box.reset();
+  for (std::size_t b = 0; b < boxes.each.size(); ++b) {
+    FloatBox& box = boxes.each[b];
+    box.reset();
+    for (int c = 0; c < corners; ++c)
+      for (int k = 0; k < group.counts[b]; ++k) box.include(positions + 4 * group.blocks[b][c][k]);
+    boxes.eight[b / 8].include(box.lo);
+    boxes.eight[b / 8].include(box.hi);
+  }
+}
+
+template <int corners>
+void addNormals(const std::vector<Eigen::Vector3f>& normals, Cluster& cluster) {
+  for (int k = 0; k < blockSize; ++k) {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    bool folded = false;
+    for (int c = 0; c < corners; ++c) {
+      const Eigen::Vector3f& normal = normals[cluster.vertex[c][k]];
+      sum += normal;
+      folded = folded || normal.isZero(0.0f);
+    }
+    if (folded) sum.setZero();
+    const float length = std::max(sum.norm(), tiny);
+    for (int c = 0; c < 3; ++c) cluster.normal[c][k] = sum[c] / length;
+  }
+}
+
+bool shareVertex(const std::int16_t four[4], int ofFirst) {
+  for (int p = 0; p < ofFirst; ++p)
+    for (int q = ofFirst; q < 4; ++q)
+      if (four[p] == four[q]) return true;
+  return false;
+}
+
+/// Adds what is listed between two clusters, of one cell without pairs that have a vertex in common.
+/// @param both they are the same cluster of edges, which finds each pair twice
+int addTo(ContactFours& out, const std::int16_t (*fours)[4], int count, int ofFirst, bool same, bool both) {
+  int added = 0;
+  for (const std::int16_t(*four)[4] = fours; four != fours + count; ++four) {
+    const auto& [a, b, c, d] = *four;
+    if (same && (shareVertex(*four, ofFirst) || (both && std::pair(a, b) > std::pair(c, d)))) continue;
+    out.add(*four);
+    ++added;
+  }
+  return added;
+}
+
+}  // namespace
+
+Clusters::Clusters(const Membrane& membrane) {
+  const TriangleMesh& mesh = membrane.mesh();
+  vertices = groupsOf<1>(mesh.vertices.size(), mesh.vertices, [](int v, int) { return v; });
+  edges = groupsOf<2>(membrane.edges().size(), mesh.vertices,
+                      [&](int e, int c) { return membrane.edges()[e][c]; });
+  triangles =
+      groupsOf<3>(mesh.triangles.size(), mesh.vertices, [&](int t, int c) { return mesh.triangles[t][c]; });
+}
+
+void FloatBox::reset() {
+  for (int k = 0; k < 3; ++k) {
+    lo[k] = std::numeric_limits<float>::max();
+    hi[k] = -std::numeric_limits<float>::max();
+  }
+}
+
+void FloatBox::include(const float* p) {
+  for (int k = 0; k < 3; ++k) {
+    lo[k] = std::min(lo[k], p[k]);
+    hi[k] = std::max(hi[k], p[k]);
+  }
+}
+
+bool FloatBox::isNear(const FloatBox& other, const float offset[3], float limit) const {
+  for (int k = 0; k < 3; ++k)
+    if (other.lo[k] + offset[k] - hi[k] > limit || lo[k] - other.hi[k] - offset[k] > limit) return false;
+  return true;
+}
+
+void Outline::fit(const Membrane& membrane, const Clusters& clusters, const float* positions) {
+  const std::vector<Triangle>& triangleCorners = membrane.mesh().triangles;
+  const auto at = [&](int v) { return Eigen::Map<const Eigen::Vector3f>(positions + 4 * v); };
+  normals.assign(membrane.mesh().vertices.size(), Eigen::Vector3f::Zero());
+  std::vector<Eigen::Vector3f> flat;
+  for (const Triangle& t : triangleCorners) {
+    const Eigen::Vector3f across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
+    flat.push_back(across / std::max(across.norm(), tiny));
+    for (const int v : t) normals[v] += flat.back();
+  }
+  for (Eigen::Vector3f& normal : normals) normal /= std::max(normal.norm(), tiny);
+  std::vector<int> folded;
+  for (std::size_t t = 0; t < flat.size(); ++t)
+    for (const int v : triangleCorners[t])
+      if (flat[t].dot(normals[v]) < foldedBelow) folded.push_back(v);
+  for (const int v : folded) normals[v].setZero();
+  fitTo(clusters.vertices, positions, vertices);
+  fitTo(clusters.edges, positions, edges);
+  fitTo(clusters.triangles, positions, triangles);
+  all.reset();
+  for (const FloatBox& box : vertices.eight) {
+    all.include(box.lo);
+    all.include(box.hi);
+  }
+}
+
+void ContactFours::clear() {
+  numbers_.clear();
+  size_ = 0;
+}
+
+void ContactFours::add(const std::int16_t four[4]) {
+  const std::size_t first = std::size_t(size_ / blockSize * 4 * blockSize);
+  if (numbers_.size() < first + 4 * blockSize) numbers_.resize(first + 4 * blockSize, 0);
+  for (int k = 0; k < 4; ++k) numbers_[first + k * blockSize + size_ % blockSize] = four[k];
+  ++size_;
+}
+
+template <int ofFirst, int ofSecond>
+int ContactLister::listBetween(const Clusters::Group<ofFirst>& a, const Outline::Boxes& boxesOfA,
+                               const Clusters::Group<ofSecond>& b, const Outline::Boxes& boxesOfB,
+                               ContactKind kind, const ListedCell& first, const ListedCell& second,
+                               const float offset[3], float limit, bool same, ContactFours& out) {
+  loaded_.clear();
+  place_.assign(boxesOfB.each.size(), -1);
+  const auto load = [&](const auto& group, const FloatBox& box, std::size_t k, const ListedCell& cell,
+                        auto corners, const float* by) {
+    Cluster cluster;
+    for (int c = 0; c < 3; ++c) {
+      cluster.lo[c] = box.lo[c] + by[c];
+      cluster.hi[c] = box.hi[c] + by[c];
+    }
+    cluster.vertex = reinterpret_cast<const std::int16_t(*)[blockSize]>(group.blocks[k].data());
+    cluster.count = group.counts[k];
+    if (same) addNormals<corners>(cell.outline->normals, cluster);
+    kernels_.load(cell.positions, by, corners, cluster);
+    return cluster;
+  };
+  const float back[3] = {-offset[0], -offset[1], -offset[2]};
+  int found = 0;
+  for (std::size_t e = 0; e < boxesOfA.eight.size(); ++e) {
+    if (!second.outline->all.isNear(boxesOfA.eight[e], back, limit)) continue;
+    nearEights_.clear();
+    for (std::size_t f = 0; f < boxesOfB.eight.size(); ++f)
+      if (boxesOfA.eight[e].isNear(boxesOfB.eight[f], offset, limit)) nearEights_.push_back(int(f));
+    if (nearEights_.empty()) continue;
+    const std::size_t end = std::min(boxesOfA.each.size(), 8 * e + 8);
+    for (std::size_t i = 8 * e; i < end; ++i) {
+      near_.clear();
+      for (const int f : nearEights_) {
+        if (!boxesOfA.each[i].isNear(boxesOfB.eight[f], offset, limit)) continue;
+        const int last = std::min(int(boxesOfB.each.size()), 8 * f + 8);
+        for (int j = 8 * f; j < last; ++j)
+          if (boxesOfA.each[i].isNear(boxesOfB.each[j], offset, limit) &&
+              !(same && ofFirst == ofSecond && j < int(i)))
+            near_.push_back(j);
+      }
+      if (near_.empty()) continue;
+      const Cluster own = load(a, boxesOfA.each[i], i, first, std::integral_constant<int, ofFirst>(), none);
+      for (const int j : near_) {
+        if (place_[j] < 0) {
+          place_[j] = int(loaded_.size());
+          loaded_.push_back(
+              load(b, boxesOfB.each[j], j, second, std::integral_constant<int, ofSecond>(), offset));
+        }
+        std::int16_t fours[blockSize * blockSize][4];
+        const int listed = kernels_.list(kind, own, loaded_[place_[j]], limit, same, fours);
+        found += addTo(out, fours, listed, ofFirst, same, ofFirst == ofSecond && j == int(i));
+      }
+    }
+  }
+  return found;
+}
+
+int ContactLister::list(ContactKind kind, const ListedCell& first, const ListedCell& second,
+                        const float offset[3], float limit, bool same, ContactFours& out) {
+  out.pad();
+  if (kind == ContactKind::vertexTriangle)
+    return listBetween<1, 3>(first.clusters->vertices, first.outline->vertices, second.clusters->triangles,
+                             second.outline->triangles, kind, first, second, offset, limit, same, out);
+  return listBetween<2, 2>(first.clusters->edges, first.outline->edges, second.clusters->edges,
+                           second.outline->edges, kind, first, second, offset, limit, same, out);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Contacts of membranes: what could touch, and the barrier that keeps it apart.
+///
+/// Two triangles meet first where a vertex of one meets the other, or where two edges cross: these pairs of a
+/// vertex and a triangle, and of two edges, are the contacts, as in incremental potential contact (Li et al.,
+/// ACM Trans. Graph. 39(4), 2020).
+///
+/// A kernel: see packMesh/simd/instruction_set.h.
+#pragma once
+
+#include <cstdint>
+
+#include "packMesh/simd/instruction_set.h"
+
+namespace packmesh {
+
+/// Four vertices: a vertex of one cell and three corners of a triangle of another one, or two ends of edges
+/// of both; sixteen of them, so that they are read in lanes.
+using VertexFours = std::int16_t[4][16];
+
+enum class ContactKind { vertexTriangle, edgeEdge };
+
+/// Vertices of two cells [µm], four numbers each: x, y, z, and one that is not used.
+struct CellPair {
+  const float *first, *second;
+  float offset[3];  ///< added to those of the second one
+};
+
+/// The force between membranes at the distance d is stiffness (range - g) range / g, where g = d - clearance:
+/// that of a logarithmic barrier.
+struct Barrier {
+  float clearance, range;  ///< [µm]
+  float stiffness;         ///< [pN/µm]
+};
+
+/// What a contact does to the second cell.
+struct Reaction {
+  std::int16_t vertex[4];  ///< 2 of an edge, 3 of a triangle
+  float weight[3];
+  float force[3];   ///< of all of them [pN]
+  float stiffness;  ///< [pN/µm]
+  float gap;        ///< [µm]
+};
+
+/// Forces of contacts on the first cell, and the reactions.
+/// @param forces of the first cell, 4 per vertex: force [pN] and stiffness [pN/µm]; added to
+/// @param gaps of the first cell: no nearer is what a vertex' edges and triangles could meet [µm]; lowered
+/// @param reactions at least `size` long. @return their number
+using ContactForces = int (*)(ContactKind, const CellPair&, const VertexFours*, int size, const Barrier&,
+                              float* forces, float* gaps, Reaction* reactions);
+
+/// Sixteen or fewer vertices, edges or triangles of a cell that are near each other.
+struct Cluster {
+  const std::int16_t (*vertex)[16];  ///< of each corner
+  int count;
+  float lo[3], hi[3];               ///< box around all corners [µm]
+  float at[3][3][16];               ///< corners and their coordinates [µm]
+  float normal[3][16];              ///< their normals; 0 where the membrane is folded
+  float center[3][16], radius[16];  ///< of spheres around them
+  float inverse[4][16];             ///< of squared lengths
+};
+/// Pre: vertex, count, box and normals are set
+/// @param corners 1 (vertices), 2 or 3
+using LoadCluster = void (*)(const float* vertices, const float offset[3], int corners, Cluster&);
+
+/// Contacts of a kind between two clusters with a distance below `limit` [µm].
+/// @param same they are of the same cell: only those that face each other
+/// @param fours at least 256 long. @return their number
+using ListContacts = int (*)(ContactKind, const Cluster& first, const Cluster& second, float limit, bool same,
+                             std::int16_t (*fours)[4]);
+
+struct ContactKernels {
+  ContactForces forces;
+  LoadCluster load;
+  ListContacts list;
+};
+
+/// The implementation for an instruction set. Pre: available(set).
+template <InstructionSet set>
+ContactKernels proximityKernels();
+inline ContactKernels proximityKernels(InstructionSet set) {
+  return forInstructionSet(set, [](auto constant) { return proximityKernels<constant.value>(); });
+}
+
+}  // namespace packmesh

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/soft/soft_packing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "packMesh/core/error.h"
+#include "packMesh/packing/pack.h"
+#include "packMesh/packing/run_control.h"
+#include "packMesh/soft/soft_cells.h"
+
+namespace packmesh {
+namespace {
+
+/// Share of the lumen that small undeformed cells may fill: packing them takes milliseconds per cell. And the
+/// one up to which it is tried whether deformation is needed at all.
+constexpr double easyFraction = 0.42, possibleFraction = 0.58;
+/// They are made smaller by this factor until they can be packed, and not smaller than `smallestStart`.
+constexpr double smaller = 0.85, smallestStart = 0.25;
+constexpr std::int64_t sweepsForStart = 3000;
+/// Gap that they begin with, as a share of the range of the barrier.
+constexpr double startGap = 0.35;
+/// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
+/// corners between cells gaps are wider.
+constexpr double shareOfMeanGap = 0.8;
+/// The least range, as a share of the usual one.
+constexpr double leastRange = 0.2;
+/// Cells are at rest when the largest force is less than this [pN]; halved, as long as HemoCell's forces are
+/// not as small as aimed at, down to the least.
+constexpr double atRest = 0.3, leastAtRest = 0.02;
+/// Iterations between two looks at HemoCell's forces.
+constexpr std::int64_t lookEvery = 25;
+constexpr std::int64_t reportEvery = 10;
+constexpr double leastSeconds = 0.001;  ///< of packing what begins at the time limit; 0 would be none
+
+/// The wall of a species, as what is left to it beyond the gap that it demands.
+WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
+  if (const auto form = wall.closedForm())
+    return [form = *form, demanded](const Vec3& p) {
+      WallDistance at = form.distance(p);
+      at.distance -= demanded;
+      return at;
+    };
+  // Interpolated distances to an edge of the wall are too large by up to a quarter of the spacing.
+  const SampledDistance& samples = wall.sampled(region);
+  const double excess = demanded + wall.slack();
+  return [&samples, excess](const Vec3& p) {
+    WallDistance at = samples.sample(p);
+    at.distance -= excess;
+    return at;
+  };
+}
+
+std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
+  const Box region = physics.surroundings();
+  std::optional<WallGap> gap;
+  if (const Wall* wall = physics.wallOf(s)) gap = gapFrom(*wall, physics.wallClearanceOf(s), region);
+  if (const auto& layer = physics.species[s].freedom.freeLayer) {
+    const WallGap other = gapFrom(*layer->wall, layer->thickness, region);
+    gap = !gap ? other : [a = *gap, other](const Vec3& p) {
+      const WallDistance first = a(p), second = other(p);
+      return first.distance < second.distance ? first : second;
+    };
+  }
+  return gap;
+}
+
+/// The physics of undeformed cells at a scale, apart from fixed ones.
+Physics scaledPhysics(const Physics& physics, double scale, double gap) {
+  Physics small = physics;
+  small.clearance += gap;
+  small.wallClearance += gap;
+  std::vector<char> scales(physics.shapes.size(), 0);
+  for (const Species& species : physics.species)
+    if (!species.freedom.fixed) species.forEachShape([&](int shape, std::int64_t) { scales[shape] = 1; });
+  std::map<const Shape*, std::shared_ptr<const Shape>> made;
+  const auto scaled = [&](const Shape& shape) {
+    TriangleMesh mesh = shape.mesh();
+    for (Vec3& v : mesh.vertices) v *= scale;
+    return mesh;
+  };
+  const auto madeOf = [&](const std::shared_ptr<const Shape>& shape) {
+    std::shared_ptr<const Shape>& out = made[shape.get()];
+    if (!out) out = std::make_shared<const Shape>(scaled(*shape));
+    return out;
+  };
+  for (std::size_t s = 0; s < small.shapes.size(); ++s) {
+    if (!scales[s] || scale == 1.0) continue;
+    const auto& undeformed = physics.shapes[s]->undeformed();
+    small.shapes[s] =
+        undeformed ? std::make_shared<const Shape>(scaled(*physics.shapes[s]).vertices, madeOf(undeformed))
+                   : madeOf(physics.shapes[s]);
+  }
+  for (Species& species : small.species) {
+    if (!species.freedom.freeLayer) continue;
+    species.freedom.freeLayer->thickness += gap;
+  }
+  small.written = {};
+  return small;
+}
+
+class SoftPacker {
+ public:
+  SoftPacker(const PackingProblem& problem, const std::vector<MembraneConstants>& constants,
+             const SoftLimits& limits)
+      : problem_(problem), physics_(problem.physics), limits_(limits), control_(problem) {
+    double volume = 0.0, area = 0.0;
+    for (std::size_t s = 0; s < physics_.species.size(); ++s) {
+      const Species& species = physics_.species[s];
+      const Shape& shape = *physics_.shapes[species.shape];
+      const Shape& undeformed = shape.undeformed() ? *shape.undeformed() : shape;
+      membranes_.push_back(std::make_shared<const Membrane>(undeformed.mesh(), constants[s]));
+      volume += double(species.count) * membranes_.back()->volume();
+      area += double(species.count) * membranes_.back()->area();
+    }
+    fraction_ = volume / physics_.container->volume();
+    // A uniform gap g around membranes of this area leaves room for a fraction of V / (V + A g / 2).
+    const double meanGap = 2.0 * (physics_.container->volume() - volume) / area;
+    const double part = std::clamp(shareOfMeanGap * meanGap / settings_.range, leastRange, 1.0);
+    settings_.range *= part;
+    settings_.edgeRange *= part;
+    settings_.wallRange *= part;
+    settings_.clearance = physics_.clearance;
+  }
+
+  SoftPacking run() {
+    SoftPacking out;
+    const std::optional<std::vector<PlacedCell>> start = smallCells(out);
+    if (!start) return out;
+    out.startScale = scale_;
+    if (scale_ == 1.0) {
+      out.outcome = Outcome::certified;
+      return out;
+    }
+    SoftCells cells = softCells(*start);
+    double tolerance = atRest;
+    while (!control_.stopped() && cells.iterations() < limits_.iterations) {
+      cells.step();
+      report(cells);
+      if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance) continue;
+      if (largestHemocellForce(cells) <= limits_.aim || tolerance <= leastAtRest) break;
+      tolerance *= 0.5;
+    }
+    out.iterations = cells.iterations();
+    out.scale = cells.smallestScale();
+    if (control_.interrupted()) {
+      out.outcome = Outcome::interrupted;
+    } else if (cells.full() && largestHemocellForce(cells) <= limits_.force) {
+      out.outcome = Outcome::certified;
+      out.cells = result(cells);
+    }
+    return out;
+  }
+
+ private:
+  /// The undeformed cells, as large as they can be packed easily, of all ranks.
+  std::optional<std::vector<PlacedCell>> smallCells(SoftPacking& out) {
+    if (fraction_ <= possibleFraction) {
+      if (auto cells = undeformed(1.0)) return cells;
+    }
+    double scale = std::min(smaller, std::cbrt(easyFraction / fraction_));
+    for (; scale > smallestStart && !control_.stopped(); scale *= smaller)
+      if (auto cells = undeformed(scale)) return cells;
+    out.outcome = control_.interrupted() ? Outcome::interrupted : Outcome::outOfReach;
+    return {};
+  }
+
+  /// Undeformed cells at a scale, of all ranks; nothing if they are not packed easily.
+  std::optional<std::vector<PlacedCell>> undeformed(double scale) {
+    // Those of full size are a result, if there are any.
+    const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
+    PackingProblem small{scaledPhysics(physics_, scale, gap), nullptr, problem_.execution};
+    Limits& limits = small.execution.limits;
+    limits.fewerCells = limits.someCloser = false;
+    limits.maxSweeps = std::min(sweepsForStart, limits.maxSweeps);
+    if (control_.limited())
+      limits.maxSeconds = std::max(leastSeconds, limits.maxSeconds - control_.elapsed());
+    PackingResult packed;
+    try {
+      packed = pack(small);
+    } catch (const InputError&) {  // too large for the lumen
+      if (scale * smaller <= smallestStart) throw;
+      return {};
+    }
+    if (packed.outcome != Outcome::certified) return {};
+    scale_ = scale;
+    small_ = std::move(small.physics);
+    return problem_.execution.communicator.gatherAll(packed.cells);
+  }
+
+  SoftCells softCells(const std::vector<PlacedCell>& start) {
+    std::vector<WallGap> walls;
+    std::vector<int> wallOf;
+    for (int s = 0; s < int(physics_.species.size()); ++s) {
+      wallOf.push_back(-1);
+      if (const auto gap = wallGapOf(physics_, s)) {
+        wallOf.back() = int(walls.size());
+        walls.push_back(*gap);
+      }
+    }
+    std::vector<SoftCell> cells;
+    for (const PlacedCell& cell : start) {
+      const bool fixed = physics_.species[cell.species].freedom.fixed;
+      cells.push_back({membranes_[cell.species],
+                       placedVertices(small_.shapes[cell.shape]->mesh(), cell.placement),
+                       fixed ? 1.0 : scale_, fixed, fixed ? -1 : wallOf[cell.species]});
+      species_.push_back(fixed ? -1 : cell.species);
+    }
+    return {std::move(cells), physics_.container->period(), std::move(walls), settings_,
+            problem_.execution.threads};
+  }
+
+  Deformation deformation(const SoftCells& cells, std::size_t i) const {
+    return deformationOf(*membranes_[species_[i]], cells.vertices(i));
+  }
+
+  double largestHemocellForce(const SoftCells& cells) const {
+    std::vector<double> forces(species_.size(), 0.0);
+    problem_.execution.threads.forEach(std::int64_t(forces.size()), [&](std::int64_t i, int) {
+      if (species_[i] >= 0) forces[i] = deformation(cells, std::size_t(i)).force;
+    });
+    return *std::max_element(forces.begin(), forces.end());
+  }
+
+  std::vector<SoftlyPackedCell> result(const SoftCells& cells) const {
+    std::vector<SoftlyPackedCell> out;
+    for (std::size_t i = 0; i < species_.size(); ++i) {
+      if (species_[i] < 0) continue;
+      SoftlyPackedCell cell;
+      cell.species = species_[i];
+      cell.deformation = deformation(cells, i);
+      cell.vertices = cells.vertices(i);
+      cell.pose = bestPose(membranes_[species_[i]]->mesh().vertices, cell.vertices);
+      const Mat3 back = cell.pose.orientation.toRotationMatrix().transpose();
+      for (Vec3& v : cell.vertices) v = back * (v - cell.pose.position);
+      out.push_back(std::move(cell));
+    }
+    return out;
+  }
+
+  /// The pose of the template with the least sum of squared distances between its vertices and those of a
+  /// cell.
+  static Pose bestPose(const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
+    const auto matrix = [](const std::vector<Vec3>& points) {
+      return Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, Eigen::Index(points.size()));
+    };
+    const Eigen::Matrix4d best = Eigen::umeyama(matrix(from), matrix(to), false);
+    Pose pose;
+    pose.orientation = Quaternion(Mat3(best.topLeftCorner<3, 3>())).normalized();
+    pose.position = best.topRightCorner<3, 1>();
+    return pose;
+  }
+
+  void report(const SoftCells& cells) const {
+    if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
+    problem_.execution.progress(
+        {"soft cells", cells.iterations(), cells.smallestScale(), cells.largestForce(), 0});
+  }
+
+  const PackingProblem& problem_;
+  const Physics& physics_;
+  SoftLimits limits_;
+  RunControl control_;
+  std::vector<std::shared_ptr<const Membrane>> membranes_;
+  SoftSettings settings_;
+  double fraction_ = 0.0, scale_ = 1.0;
+  Physics small_;
+  std::vector<int> species_;  ///< of each cell; -1: fixed
+};
+
+}  // namespace
+
+SoftPacking packSoft(const PackingProblem& problem, const std::vector<MembraneConstants>& membranes,
+                     const SoftLimits& limits) {
+  return SoftPacker(problem, membranes, limits).run();
+}
+
+}  // namespace packmesh

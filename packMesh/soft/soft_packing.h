@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packing of deformable cells, denser and in narrower lumens than undeformed cells allow.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/soft/membrane.h"
+
+namespace packmesh {
+
+/// A cell after packing. Its mesh is pose.placement() of these vertices.
+struct SoftlyPackedCell {
+  int species = 0;
+  Pose pose;                   ///< that of the template that fits best
+  std::vector<Vec3> vertices;  ///< in the order and frame of the template [µm]
+  Deformation deformation;
+};
+
+struct SoftPacking {
+  Outcome outcome = Outcome::outOfReach;
+  /// Of all ranks, by species; none unless certified, or if undeformed cells can be packed (startScale 1).
+  /// Fixed cells are left out, since they stay as they are.
+  std::vector<SoftlyPackedCell> cells;
+  double startScale = 1.0;  ///< of the undeformed cells that were packed first
+  double scale = 1.0;       ///< smallest of a cell at the end
+  std::int64_t iterations = 0;
+};
+
+/// What deformable cells may bear.
+struct SoftLimits {
+  double force = 10.0;  ///< on a vertex, by HemoCell's laws [pN]
+  double aim = 3.0;     ///< with less than this, packing ends [pN]
+  std::int64_t iterations = 20000;
+};
+
+/// Packs undeformed cells that are so small that this is easy, and lets them grow as deformable ones. Gaps
+/// between cells and to the wall are at least those of the physics; constraints on positions and orientations
+/// apply to the small cells, layers without cells to all. All ranks call, and do the same work.
+///
+/// Where undeformed cells can be packed, none are deformed, and the result is empty. `certified` means that
+/// all cells have full size and forces are within the limit. No step of the method lets membranes meet, but
+/// in single precision: the cells are to be certified by the numbers that are written.
+/// @param membranes constants of each species
+/// @throws InputError like pack()
+SoftPacking packSoft(const PackingProblem& problem, const std::vector<MembraneConstants>& membranes,
+                     const SoftLimits& limits);
+
+}  // namespace packmesh

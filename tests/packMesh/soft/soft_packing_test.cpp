@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/soft/soft_packing.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/certificate/certify.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/core/error.h"
+#include "packMesh/packing/pack.h"
+#include "tests/packMesh/soft/soft_meshes.h"
+
+namespace packmesh {
+namespace {
+
+/// Red cells with as many triangles as HemoCell gives them.
+PackingProblem problemIn(std::shared_ptr<const Container> lumen, int cells, std::uint64_t seed = 1) {
+  PackingProblem problem;
+  problem.physics.container = std::move(lumen);
+  problem.physics.seed = seed;
+  problem.physics.add("RBC", std::make_shared<const Shape>(sample::redCell(3)), cells);
+  return problem;
+}
+
+PackingProblem boxAt(double hematocrit, int cells, std::uint64_t seed = 1) {
+  const double side = std::cbrt(cells * signedVolume(sample::redCell(3)) / hematocrit);
+  return problemIn(makeBox(Box{Vec3::Zero(), Vec3::Constant(side)}, {true, true, true}), cells, seed);
+}
+
+/// The exact test, with the gaps required.
+Certificate certificateOf(Physics physics, const SoftPacking& packed) {
+  std::vector<PlacedCell> placed;
+  for (const SoftlyPackedCell& cell : packed.cells) {
+    placed.push_back({cell.species, std::int32_t(physics.shapes.size()), cell.pose.placement()});
+    physics.shapes.push_back(
+        std::make_shared<const Shape>(cell.vertices, physics.shapes[physics.species[cell.species].shape]));
+  }
+  return certify(certificateInputOf(physics, placed));
+}
+
+TEST_CASE("a box is filled far beyond what undeformed cells can fill", "[soft]") {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    PackingProblem problem = boxAt(0.8, 8, seed);
+    problem.physics.clearance = 0.02;
+    const SoftPacking packed = packSoft(problem, {{}}, {});
+    REQUIRE(packed.outcome == Outcome::certified);
+    REQUIRE(packed.cells.size() == 8);
+    CHECK(packed.startScale < 0.85);
+    CHECK(packed.scale == 1.0);
+    const Certificate certificate = certificateOf(problem.physics, packed);
+    CHECK(certificate.clean());
+    CHECK(certificate.minimumGap > 0.02);
+    for (const SoftlyPackedCell& cell : packed.cells) CHECK(cell.deformation.force <= 10.0);
+  }
+}
+
+TEST_CASE("cells fold in a tube that is too narrow for them", "[soft]") {
+  PackingProblem problem = problemIn(makeCylinder(Vec3(15, 0, 0), 0, 2.75, 30.0, true), 2);
+  problem.physics.wallClearance = 0.05;
+  problem.execution.limits.maxSweeps = 200;
+  problem.execution.limits.fewerCells = false;
+  CHECK(pack(problem).outcome == Outcome::outOfReach);
+  const SoftPacking packed = packSoft(problem, {{}}, {});
+  REQUIRE(packed.outcome == Outcome::certified);
+  const Certificate certificate = certificateOf(problem.physics, packed);
+  CHECK(certificate.clean());
+  CHECK(certificate.minimumWallGap > 0.05);
+}
+
+TEST_CASE("the pose of a deformed cell is that of the template that fits best", "[soft]") {
+  const SoftPacking packed = packSoft(boxAt(0.7, 6), {{}}, {});
+  REQUIRE(packed.outcome == Outcome::certified);
+  const std::vector<Vec3> rest = sample::redCell(3).vertices;
+  for (const SoftlyPackedCell& cell : packed.cells) {
+    double squares = 0.0;
+    for (std::size_t v = 0; v < rest.size(); ++v) squares += (cell.vertices[v] - rest[v]).squaredNorm();
+    CHECK(std::sqrt(squares / double(rest.size())) < 1.0);
+    CHECK(cell.pose.scale == 1.0);
+  }
+}
+
+TEST_CASE("packing soft cells ends at its limits", "[soft]") {
+  SECTION("the largest force") {
+    SoftLimits limits;
+    limits.force = limits.aim = 0.01;
+    limits.iterations = 400;
+    const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
+    CHECK(packed.outcome == Outcome::outOfReach);
+    CHECK(packed.cells.empty());
+  }
+  SECTION("a lumen in which there is no room") {
+    SoftLimits limits;
+    limits.iterations = 400;
+    const SoftPacking packed =
+        packSoft(problemIn(makeCylinder(Vec3(4, 0, 0), 0, 1.9, 8.0, true), 1), {{}}, limits);
+    CHECK(packed.outcome == Outcome::outOfReach);
+    CHECK(packed.cells.empty());
+  }
+  SECTION("on request") {
+    PackingProblem problem = boxAt(0.8, 6);
+    int polls = 0;
+    problem.execution.interrupted = [&] { return ++polls > 60; };
+    CHECK(packSoft(problem, {{}}, {}).outcome == Outcome::interrupted);
+  }
+}
+
+TEST_CASE("cells beside a layer without cells and beside fixed ones", "[soft]") {
+  const auto tube = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 0, 0), 0, 5.0, 20.0, true));
+  PackingProblem problem = problemIn(tube, 7);
+  problem.physics.species[0].freedom.freeLayer =
+      FreeLayer{std::shared_ptr<const Wall>(tube, tube->wall()), 0.8};
+  Species& fixed = problem.physics.add("fixed", std::make_shared<const Shape>(sample::redCell(3)), 1);
+  fixed.freedom.fixed = true;
+  fixed.start = {Pose{1.0, Quaternion::Identity(), Vec3(10, 0, 0)}};
+  const SoftPacking packed = packSoft(problem, {{}, {}}, {});
+  REQUIRE(packed.outcome == Outcome::certified);
+  CHECK(packed.cells.size() == 7);
+  for (const SoftlyPackedCell& cell : packed.cells)
+    for (const Vec3& v : cell.vertices) {
+      const Vec3 there = cell.pose.placement()(v);
+      CHECK(5.0 - std::hypot(there.y(), there.z()) > 0.8);
+    }
+}
+
+}  // namespace
+}  // namespace packmesh
