@@ -16,15 +16,20 @@ TUBE_CASE = """<hemocell><domain><dx> 5e-7 </dx><dt> 1e-7 </dt><rhoP> 1025 </rho
 </domain><packing><container><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/></container></packing></hemocell>"""
 
 
+def run_program(folder, *words, code=0):
+    """What the program printed."""
+    done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
 @pytest.fixture
 def program(tmp_path):
-    """Runs the program in a folder of its own: program(words) -> (folder, exit code, output)."""
+    """Runs the program in a folder of its own: program(words) -> (folder, output)."""
     def run(*words, folder="program", code=0):
         where = tmp_path / folder
         where.mkdir(exist_ok=True)
-        done = subprocess.run([PROGRAM, *map(str, words)], cwd=where, capture_output=True, text=True, check=False)
-        assert done.returncode == code, done.stdout + done.stderr
-        return where, done.stdout + done.stderr
+        return where, run_program(where, *words, code=code)
     return run
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Runs many commands of the package, each in a process of its own that need not load the package again, for tests."""
+import functools
 import json
 import os
 import resource
@@ -33,6 +34,18 @@ class Commands:
         return json.loads(self._process.stdout.readline())
 
 
+@functools.lru_cache(maxsize=None)
+def _commands():
+    return Commands().__enter__()  # the end of the tests is its end, too
+
+
+def output_of(words, folder, code=0):
+    """What a command printed that must end with this exit code."""
+    found, text = _commands().run(words, folder)
+    assert found == code, text
+    return text
+
+
 def forked(words, folder, encoding, most_bytes):
     with tempfile.TemporaryFile() as output:
         child = os.fork()
@@ -64,7 +77,10 @@ if __name__ == "__main__":
     import traceback
 
     import h5py  # noqa: F401  what commands load
+    import matplotlib
     import numpy  # noqa: F401
+    matplotlib.use("Agg")
+    import matplotlib.pyplot  # noqa: F401
     from packmesh import (cat_cells, compare, export, growth_frames, hemocell_run, plot, render, run, view)  # noqa: F401
     from packmesh.__main__ import main
 

@@ -3,21 +3,17 @@
 import csv
 import json
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from conftest import needs_cat
+from forked_commands import output_of
 
 TUBE = "--cylinder x 8 20 --hematocrit 0.25 --report report.json".split()
 
 
 def compare(*words, cwd, code=0, command="compare"):
-    done = subprocess.run([sys.executable, "-m", "packmesh", command, *map(str, words)], cwd=cwd, capture_output=True, text=True,
-                          check=False)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
+    return output_of([command, *words], cwd, code)
 
 
 def read(folder, *names):

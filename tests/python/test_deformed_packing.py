@@ -3,8 +3,6 @@
 import copy
 import pickle
 import re
-import subprocess
-import sys
 
 import h5py
 import numpy as np
@@ -14,6 +12,7 @@ from scipy.spatial.transform import Rotation
 import packmesh
 import packmesh._packmesh
 from conftest import SOURCE
+from forked_commands import output_of
 from packmesh.membrane_measures import shapes_of
 from packmesh import vtp
 from packmesh.packing_file import PackingFile
@@ -69,9 +68,7 @@ def test_packing(step, tmp_path):
 
 def test_export_command(step, case):
     def export(*words, code=0):
-        done = subprocess.run([sys.executable, "-m", "packmesh", "export", *map(str, words)], capture_output=True, text=True, cwd=case, check=False)
-        assert done.returncode == code, done.stdout + done.stderr
-        return done.stdout + done.stderr
+        return output_of(["export", *words], case, code)
 
     text = export("output", "--case", "config.xml", "--format", "stl", "--format", "csv", "--folder", "exported")
     assert "Wrote exported/cells.stl" in text and "Warning" not in text
@@ -177,10 +174,7 @@ def test_state_of_the_last_step(step, case):
     path.write_bytes(path.read_bytes()[:3000])
 
     def run(*words, code=0):
-        done = subprocess.run([sys.executable, "-m", "packmesh", "run", "output", "--state", "a.h5", *words], capture_output=True, text=True, cwd=case,
-                              check=False)
-        assert done.returncode == code, done.stdout + done.stderr
-        return done.stdout + done.stderr
+        return output_of(["run", "output", "--state", "a.h5", *words], case, code)
 
     assert "PLT.000000002000.p.2.h5: cannot be read" in run("--case", ".", code=2) and not (case / "a.h5").exists()
     text = run("--case", ".", "--skip-damaged")

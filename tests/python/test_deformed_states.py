@@ -6,7 +6,6 @@ import pickle
 import re
 import shutil
 import subprocess
-import sys
 
 import h5py
 import numpy as np
@@ -14,7 +13,8 @@ import pytest
 
 import packmesh
 import packmesh._packmesh
-from conftest import PROGRAM, SOURCE, write_off
+from conftest import PROGRAM, SOURCE, TUBE_CASE, write_off
+from forked_commands import output_of
 from packmesh import render, scene, view
 from packmesh.packing_file import PackingFile
 from packmesh.picture import picture_of, points_on
@@ -43,14 +43,24 @@ def write_run(folder, centers=CENTERS):
     return packmesh.hemocell_output(folder / "output", config=folder / "config.xml")[-1]
 
 
-@pytest.fixture
-def state(case):
-    """A case with a state of deformed cells, and the packing that they are."""
+@pytest.fixture(scope="module")
+def state_made_once(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "case"
+    folder.mkdir()
+    (folder / "config.xml").write_text(TUBE_CASE)
     for name in ("RBC.xml", "PLT.xml"):
-        shutil.copy(SOURCE / "config" / name, case)
-    packing = write_run(case).packing()
+        shutil.copy(SOURCE / "config" / name, folder)
+    packing = write_run(folder).packing()
     assert packing.check()
-    packing.save(case / "flowing.h5")
+    packing.save(folder / "flowing.h5")
+    return folder, packing
+
+
+@pytest.fixture
+def state(state_made_once, case):
+    """A case with a state of deformed cells, and the packing that they are."""
+    folder, packing = state_made_once
+    shutil.copytree(folder, case, dirs_exist_ok=True)
     return case, packing
 
 
@@ -69,8 +79,7 @@ def test_save_and_read(state):
         np.testing.assert_allclose(vertices_of(case / "flowing.h5", name), packing.vertices(name), rtol=0, atol=1e-9)
     packing.save(case / "again.h5")
     assert (case / "again.h5").read_bytes() == (case / "flowing.h5").read_bytes()
-    loaded = subprocess.run([sys.executable, "-m", "packmesh", "run", "output", "--case", "config.xml", "--state", "last.h5"],
-                            cwd=case, capture_output=True, text=True, check=True).stdout
+    loaded = output_of(["run", "output", "--case", "config.xml", "--state", "last.h5"], case)
     assert "Wrote last.h5: 9 RBC, 2 PLT of iteration 1000" in loaded
     np.testing.assert_allclose(vertices_of(case / "last.h5", "RBC"), packing.vertices("RBC"), rtol=0, atol=1e-9)
 

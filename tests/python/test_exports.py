@@ -3,13 +3,15 @@
 
 The readers follow the other programs' documents and sources alone, and share no code with the package.
 """
+import functools
 import os
 import re
 
 import numpy as np
 import packmesh
+import packmesh._packmesh
 import pytest
-from conftest import write_off
+from conftest import run_program, write_off
 from scipy.spatial.transform import Rotation
 
 EXACT = 1e-9  # text with all digits, after rotations [µm]
@@ -18,10 +20,11 @@ ALL = [word for name in ("csv", "csv", "extxyz", "gsd", "lammps", "lammps-molecu
                                          "stl") for word in ("--export", name)]
 
 
+@functools.lru_cache(maxsize=None)
 def odd_mesh(seed):
     """No symmetry, and far from the origin of its file."""
     random = np.random.default_rng(seed)
-    vertices, triangles = packmesh.pack(box=(20, 20, 20), species={"WBC": 1}).template("WBC")
+    vertices, triangles = packmesh._packmesh.cell_template("WBC", None, 0.5)
     bumps = random.normal(size=(5, 3))
     vertices = 2.2 / 4 * vertices * (1 + 0.1 * np.sin(vertices @ bumps.T).sum(axis=1, keepdims=True) / 5)
     x, y, z = vertices.T
@@ -144,19 +147,18 @@ def require_same(found, expected, tolerance, period=(0, 0, 0)):
         assert one.shape == other.shape and np.linalg.norm(one - other - shift, axis=1).max() < tolerance
 
 
-@pytest.fixture(params=[(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
-                        (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")])
-def packed(request, program, tmp_path):
+@pytest.fixture(scope="module", params=[(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
+                                        (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")])
+def packed(request, tmp_path_factory):
     """Several species with all formats that take any cells: folder, templates, low and high corner, period, boundary."""
     lumen, high, period, boundary = request.param
-    where = tmp_path / "program"
-    where.mkdir()
+    folder = tmp_path_factory.mktemp("packed")
     odd, triangles = odd_mesh(3)
     raw, _ = odd_mesh(4)
-    write_off(where / "odd.off", odd, triangles)
-    write_off(where / "raw.off", raw, triangles)
-    folder, _ = program(*lumen, *"--rbc 7 --plt 4 --wbc 1 --cell-mesh Odd 4 odd.off --cell-mesh Raw 5 raw.off "
-                        "--mesh-frame Raw file --report report.json --state s.h5".split(), *ALL)
+    write_off(folder / "odd.off", odd, triangles)
+    write_off(folder / "raw.off", raw, triangles)
+    run_program(folder, *lumen, *"--rbc 7 --plt 4 --wbc 1 --cell-mesh Odd 4 odd.off --cell-mesh Raw 5 raw.off "
+                "--mesh-frame Raw file --report report.json --state s.h5".split(), *ALL)
     state = packmesh.load(folder / "s.h5")
     meshes = {name: state.template(name) for name in state.species_names}
     assert abs(meshes["Raw"][0] - centred(raw)).max() < EXACT

@@ -19,6 +19,7 @@ from packmesh.run_lumen import RunLumen
 from packmesh.run_measures import RunAnalysis
 from packmesh.run_overlaps import membrane_faults
 from conftest import SOURCE
+from forked_commands import output_of
 from write_run import Writer, rotation, sphere
 
 VERTICES, TRIANGLES = sphere()
@@ -104,12 +105,12 @@ def ring(distance, radius):
     return np.array(cells)
 
 
-def run_command(*words, code=0, cwd=None, path=None):
-    environment = os.environ if path is None else {**os.environ, "PYTHONPATH": str(path)}
-    done = subprocess.run([sys.executable, "-m", "packmesh", "run", *map(str, words)], capture_output=True, text=True, cwd=cwd, check=False,
-                          env=environment)
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
+def run_command(*words, code=0, cwd):
+    return output_of(["run", *words], cwd, code)
+
+
+def make_vessel(shape, folder):
+    output_of(["make-vessel", shape, "vessel.stl", "--radius", "12", "--length", "80"], folder)
 
 
 def test_lumen(case):
@@ -130,12 +131,10 @@ def test_lumen_of_vessels(pipe, tmp_path):
     assert lumen.volume == pytest.approx(np.pi * 12.5 ** 2 * 51.5, rel=0.01) and lumen.flow_axis == 0
     np.testing.assert_allclose(lumen.distances(np.array([[25, 13, 18], [0.1, 13, 8], [51.0, 13, 20.5]])), [7.5, 7.5, 5], atol=0.1)
     folder = shutil.copytree(SOURCE / "examples/pre_inlet", tmp_path / "inlet")
-    subprocess.run([sys.executable, "-m", "packmesh", "make-vessel", "stenosis", "vessel.stl", "--radius", "12", "--length", "80"],
-                   cwd=folder, check=True, capture_output=True)
+    make_vessel("stenosis", folder)
     vessel = RunLumen(str(folder / "config.xml"))
     assert vessel.high[0] - vessel.low[0] == pytest.approx(81.5, abs=0.6) and vessel.flow_axis == 0
-    subprocess.run([sys.executable, "-m", "packmesh", "make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"],
-                   cwd=folder, check=True, capture_output=True)
+    make_vessel("bifurcation", folder)
     assert not RunLumen(str(folder / "config.xml")).period.any()  # its ends differ
 
 
@@ -354,8 +353,7 @@ def test_other_vessel(pipe, tmp_path):
     config.write_text(re.sub("<preInlet>.*?</preInlet>", "", config.read_text(), flags=re.S))
     cases = [pipe]
     for shape in ("stenosis", "bifurcation", "bend"):
-        subprocess.run([sys.executable, "-m", "packmesh", "make-vessel", shape, "vessel.stl", "--radius", "12", "--length", "80"],
-                       cwd=folder, check=True, capture_output=True)
+        make_vessel(shape, folder)
         cases.append(shutil.copytree(folder, tmp_path / shape))
     for one in cases:
         config = one / "config.xml"
@@ -425,7 +423,9 @@ def test_inclination(case):
 def test_without_the_module(case):
     """From the source tree there are neither lumen nor exact test, and all else."""
     Writer(case / "out").write(0, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
-    text = run_command("out", "--case", "config.xml", cwd=case, path=SOURCE / "python")
+    done = subprocess.run([sys.executable, "-m", "packmesh", "run", "out", "--case", "config.xml"], capture_output=True, text=True, cwd=case,
+                          check=True, env={**os.environ, "PYTHONPATH": str(SOURCE / "python")})
+    text = done.stdout + done.stderr
     assert "there is no lumen to refer to" in text and "overlaps are not tested" in text and (case / "out/run.html").exists()
     assert re.search(r"^\(packMesh\) +iteration +time \[ms\] +RBC +lost +length", text, re.M) and "hematocrit" not in text
 

@@ -28,29 +28,42 @@ def started(chromedriver, options):
 
 
 class Browser:
-    """Opens pages. pictures: folder for pictures of them, or None"""
+    """Opens pages, one after another in the same process, which takes seconds to start. pictures: folder for pictures of them, or None"""
 
     def __init__(self, chromium, chromedriver, pictures=None):
         self.chromium, self.chromedriver, self.pictures = chromium, chromedriver, pictures
+        self._drivers = {}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for driver in self._drivers.values():
+            driver.quit()
 
     def open(self, file, width=1280, height=900, webgl=True):
         return Page(self, file, width, height, webgl)
+
+    def driver(self, webgl):
+        if webgl not in self._drivers:
+            options = Options()
+            options.binary_location = self.chromium
+            for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking",
+                             "--disable-component-update", "--disable-sync", "--no-first-run",
+                             *(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl
+                               else ["--disable-gpu", "--disable-3d-apis"])]:
+                options.add_argument(argument)
+            options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+            self._drivers[webgl] = started(self.chromedriver, options)
+        return self._drivers[webgl]
 
 
 class Page:
     """A page in a browser of this size, which must write no errors and request no other file."""
 
     def __init__(self, browser, file, width, height, webgl):
-        self.browser = browser
-        options = Options()
-        options.binary_location = browser.chromium
-        for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking",
-                         "--disable-component-update", "--disable-sync", "--no-first-run", f"--window-size={width},{height}",
-                         *(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl
-                           else ["--disable-gpu", "--disable-3d-apis"])]:
-            options.add_argument(argument)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        self.driver = started(browser.chromedriver, options)
+        self.browser, self.driver = browser, browser.driver(webgl)
+        self.driver.set_window_size(width, height)
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                     {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
         self.url = "file://" + os.path.realpath(file)
@@ -64,13 +77,17 @@ class Page:
     def __exit__(self, kind, *_):
         if kind is None:
             self.check_logs()
-        self.driver.quit()
+            self.driver.get("about:blank")  # a page that stays would go on drawing
+            self._messages()
+
+    def _messages(self):
+        """Of the browser since the last call."""
+        return [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
 
     def check_logs(self):
         errors = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "ERROR")]
         assert not errors, errors
-        for entry in self.driver.get_log("performance"):
-            message = json.loads(entry["message"])["message"]
+        for message in self._messages():
             if message["method"] == "Network.requestWillBeSent":
                 url = message["params"]["request"]["url"]
                 assert url.startswith(("data:", "blob:")) or url == self.url, url

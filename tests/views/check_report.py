@@ -16,7 +16,8 @@ from selenium.webdriver.common.by import By
 from browser import Browser
 
 program = os.path.realpath(sys.argv[1])
-Page = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None).open
+browser = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None)
+Page = browser.open
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
 sys.path.append(package)
 from packmesh import plot, view  # noqa: E402
@@ -164,10 +165,14 @@ def check_deformed():
         with open(name + ".html", "w", encoding="utf-8") as file:
             file.write(view.page_text(packing, report))
         with Page(name + ".html") as page:
-            picture = page.run(PIXELS + "packMesh.view.draw(); return Array.from(pixelsOf(packMesh.view.canvas).data)")
+            picture = base64.b64decode(page.run(PIXELS + """  // as a text, since a list of millions of numbers takes minutes
+                packMesh.view.draw();
+                const { data } = pixelsOf(packMesh.view.canvas), parts = [];
+                for (let i = 0; i < data.length; i += 30000) parts.push(String.fromCharCode(...data.subarray(i, i + 30000)));
+                return btoa(parts.join(""));"""))
             gaps = page.run("return Array.from(packMesh.cells.gaps, (_, i) => (neighboursOf(i, 1)[0] || { gap: 1 }).gap)")
             page.save(name)
-        return np.array(picture).reshape(-1, 4).astype(int), np.array(gaps)
+        return np.frombuffer(picture, np.uint8).reshape(-1, 4).astype(int), np.array(gaps)
 
     expected, gaps = shown("templates", None)
     picture, same = shown("own", (1, 1, 1))
@@ -351,4 +356,5 @@ def main():
         print("The report is whole")
 
 
-main()
+with browser:
+    main()

@@ -17,7 +17,8 @@ HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path.insert(0, os.path.join(HERE, "../python"))
 from write_run import Writer, rotation, sphere  # noqa: E402
 
-Page = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None).open
+browser = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None)
+Page = browser.open
 package = os.path.join(os.path.dirname(os.path.realpath(sys.argv[1])), "../python")
 CASE = """<hemocell><domain><dx> 5e-7 </dx><dt> 1e-7 </dt><rhoP> 1025 </rhoP><Nx> 60 </Nx><Ny> 40 </Ny><Nz> 40 </Nz></domain>
 <packing><container><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/></container></packing></hemocell>"""
@@ -80,4 +81,5 @@ def main():
         print("The page of the run is whole")
 
 
-main()
+with browser:
+    main()

@@ -46,11 +46,8 @@ def main():
             file.write("window.searchIndex = " + json.dumps({"docs": DOCS}))
         with open(os.path.join(folder, "docs/page.html"), "w", encoding="utf-8") as file:
             file.write(PAGE)
-        page = Browser(sys.argv[2], sys.argv[3]).open(os.path.join(folder, "docs/page.html"))
-        try:
-            check(page)
-        finally:
-            page.driver.quit()  # without the checks of pages that load nothing
+        with Browser(sys.argv[2], sys.argv[3]) as browser:
+            check(browser.open(os.path.join(folder, "docs/page.html")))  # without the checks of pages that load nothing
         print("The search finds pages")
 
 
