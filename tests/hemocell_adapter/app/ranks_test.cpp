@@ -67,14 +67,15 @@ struct Team {
   int ranks, threads;  ///< threads of each rank
 };
 
-/// Alone, and several ranks of several threads; teams differ in whether they divide blocks evenly. Those of many
-/// ranks take long to start, so that few tests have them.
+/// Alone, and several ranks of several threads; teams differ in whether they divide blocks evenly. Those of
+/// many ranks take long to start, so that few tests have them.
 const std::vector<Team> someTeams = {{1, 1}, {3, 2}};
 const std::vector<Team> manyTeams = {{1, 1}, {1, 3}, {2, 1}, {4, 1}, {5, 1}, {8, 1}};
 
 /// Without mpirun where it is a rank alone.
 std::string started(const Team& team) {
-  return "OMP_NUM_THREADS=" + std::to_string(team.threads) + (team.ranks > 1 ? " " + onRanks(team.ranks) : "");
+  return "OMP_NUM_THREADS=" + std::to_string(team.threads) +
+         (team.ranks > 1 ? " " + onRanks(team.ranks) : "");
 }
 
 /// Packs in a folder of its own on every number of ranks and threads.
@@ -97,8 +98,7 @@ void requireSameOnRanks(const std::string& arguments, const std::vector<Team>& t
     CHECK((filesOf(folder.path(), before) == files));  // too long to print
     CHECK(storyOf(ran.out) == story);
     CHECK_THAT(ran.out, Contains(std::to_string(team.ranks) + (team.ranks > 1 ? " ranks" : " rank")));
-    if (team.threads > 1)
-      CHECK_THAT(ran.out, Contains("with " + std::to_string(team.threads) + " threads"));
+    if (team.threads > 1) CHECK_THAT(ran.out, Contains("with " + std::to_string(team.threads) + " threads"));
   }
 }
 

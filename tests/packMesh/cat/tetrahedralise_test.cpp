@@ -149,8 +149,8 @@ TEST_CASE("Growth uses only the tetrahedra that join surfaces", "[tetrahedra]") 
 TEST_CASE("Without a container, only triangles missing from the Delaunay tetrahedra are constrained",
           "[tetrahedra]") {
   int broken = 0;
-  for (CatScene scene : {mixture(), redCellsInSphere(6, 0.45), redCellsInPeriodicBox(12.0, 0.35),
-                         coarse(redCellsInPeriodicBox(12.0, 0.35), 1, 0.85)}) {
+  for (CatScene scene :
+       {mixture(), redCellsInSphere(6, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.35), 1, 0.85)}) {
     scene.input.container = nullptr;
     scene.input.kept = TetrahedraKept::joining;
     // Middles of tetrahedra that are inside of an object.

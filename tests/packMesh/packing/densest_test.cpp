@@ -62,10 +62,10 @@ PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, doub
 
 TEST_CASE("A larger request gives no less in the same time", "[densest]") {
   const auto lumen = periodicCube(20.0);
-  const double seconds = GENERATE(5.0, 15.0, 30.0);
+  const double seconds = GENERATE(5.0, 15.0);
   CAPTURE(seconds);
   std::vector<std::int64_t> before(2, 0);
-  for (const double hematocrit : {0.56, 0.58, 0.60, 0.62, 0.65, 0.70, 0.80}) {
+  for (const double hematocrit : {0.56, 0.60, 0.62, 0.65, 0.80}) {
     const PackingProblem problem = withPlatelets(lumen, hematocrit);
     const PackingResult result = packedWith(problem, 100.0, seconds);
     const std::vector<std::int64_t> counts = countsOf(problem, result);
@@ -95,7 +95,7 @@ TEST_CASE("Cells that take long are packed as without a time limit", "[densest]"
 
 TEST_CASE("A larger request gives the same densest packing", "[densest]") {
   std::vector<PackingResult> results;
-  for (const double fraction : {0.66, 0.72, 0.9}) {
+  for (const double fraction : {0.66, 0.9}) {
     results.push_back(pack(redCellProblem(periodicCube(16.0), fraction)));
     REQUIRE(results.back().outcome == Outcome::outOfReach);
     REQUIRE(results.back().searched);
@@ -121,7 +121,7 @@ TEST_CASE("The densest packing beside a thick wall layer is found", "[densest]")
 }
 
 TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
-  const PackingProblem problem = mixtureIn(periodicCube(20.0), 0.75, 4);
+  const PackingProblem problem = mixtureIn(periodicCube(16.0), 0.75, 4);
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   const std::vector<std::int64_t> counts = countsOf(problem, result);
@@ -132,18 +132,21 @@ TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
 }
 
 TEST_CASE("The densest packing of deformed cells has about as many as one of others", "[densest][shapes]") {
-  PackingProblem problem = redCellProblem(periodicCube(16.0), 0.66);
+  constexpr double edge = 5.0;
+  const test::ShapePointer platelet = test::hemocellShape("PLT");
+  PackingProblem problem;
   Physics& physics = problem.physics;
+  physics.container = periodicCube(edge);
+  physics.add("PLT", platelet, std::int64_t(0.85 * edge * edge * edge / platelet->volume()));
   for (int n = 0; n < int(physics.species[0].count); ++n) {
-    physics.shapes.push_back(
-        std::make_shared<const Shape>(test::deformed(physics.shapes[0]->mesh(), n), physics.shapes[0]));
+    physics.shapes.push_back(std::make_shared<const Shape>(test::deformed(platelet->mesh(), n), platelet));
     physics.species[0].deformed.push_back({n + 1, {}});
   }
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(result.searched);
   REQUIRE(result.certificate.clean());
-  CHECK(result.certificate.cellVolume > 0.45 * 16.0 * 16.0 * 16.0);
+  CHECK(result.certificate.cellVolume > 0.6 * edge * edge * edge);
   for (std::size_t i = 0; i < result.cells.size(); ++i) CHECK(result.cells[i].shape == int(i) + 1);
 }
 

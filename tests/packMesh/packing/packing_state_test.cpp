@@ -76,12 +76,12 @@ int of(const Seen& seen, Stage stage) {
 TEST_CASE("A run continued from any of its states gives the same result as an uninterrupted one") {
   SECTION("repairs") {
     int relaxing = 0, repairing = 0;
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
       const Seen seen = requireSameWayFromAnyState(mixtureIn(longBox(), 0.55, seed));
       relaxing += of(seen, Stage::relaxation);
       repairing += of(seen, Stage::repair);
     }
-    REQUIRE(relaxing > 4);
+    REQUIRE(relaxing > 2);
     REQUIRE(repairing > 0);
   }
   SECTION("walls, clearances, cells that do not rotate") {
@@ -348,7 +348,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
   };
   const test::TemporaryFolder folder;
   int refused = 0, certified = 0;
-  for (int run = 0; run < (growing ? 100 : 300); ++run) {
+  for (int run = 0; run < (growing ? 60 : 160); ++run) {
     PackingState changed = states[random() % states.size()];
     std::vector<std::size_t> made(1 + random() % 3);
     for (std::size_t& change : made) changes[change = random() % changes.size()](changed);
@@ -373,7 +373,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
     certified += result.outcome == Outcome::certified;
   }
   CHECK(refused > 10);
-  CHECK(certified > 30);
+  CHECK(certified > 15);
 }
 
 TEST_CASE(
