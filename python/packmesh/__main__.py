@@ -31,6 +31,9 @@ COMMANDS = {
     "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
 }
 
+#: Whose name is that of what other modules use.
+MODULES = {"export": "export_command"}
+
 #: Of the cells, by paraview-cells.
 COLOURS = ("species", "gap", "local_hematocrit", "id")
 
@@ -110,7 +113,7 @@ def dispatched():
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)
     sys.argv = [f"packmesh {command}", *arguments]
-    return importlib.import_module("packmesh." + name).main()
+    return importlib.import_module("packmesh." + MODULES.get(name, name)).main()
 
 
 def main():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import pathlib
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -395,12 +394,7 @@ class Asked:
         self.flag(option, found, found)
 
     def blood(self, source: Any) -> None:
-        """A state, a run, its output folder, a step of it, or a packing. Of a folder, the case is in the folder around it."""
-        if isinstance(source, (str, os.PathLike)) and os.path.isdir(source):
-            from .hemocell_run import hemocell_output
-
-            config = pathlib.Path(source).absolute().parent / "config.xml"
-            source = hemocell_output(source, config=config if config.exists() else None)[-1]
+        """A state, a run, a step of it, or a packing."""
         source = _packing_of(source)
         if source is None:
             return
@@ -417,9 +411,6 @@ class Asked:
 
 def _packing_of(source: Any) -> Any:
     """The cells of a step, of a run those of the last one."""
-    from .hemocell_run import Run
-
-    source = source[-1] if isinstance(source, Run) else source
     return source.packing() if callable(getattr(source, "packing", None)) else source
 
 

@@ -256,13 +256,23 @@ def _asked(**given: Any) -> Dict[str, Any]:
     asked.flag("rotate", not given["rotate"], False)
     asked.cells("fixed", given["fixed"])
     asked.cells("start", given["start"])
-    asked.blood(given["blood"])
+    asked.blood(_flowing(given["blood"]))
     asked.obstacles(given["obstacles"])
     asked.regions(given["regions"])
     asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))
     if not {"config", "box", "container", "restart"} & set(asked.request):
         raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
     return asked.request
+
+
+def _flowing(source: Any) -> Any:
+    """Of an output folder the run, whose case is in the folder around it."""
+    if not isinstance(source, (str, os.PathLike)) or not os.path.isdir(source):
+        return source
+    from .hemocell_run import hemocell_output
+
+    config = pathlib.Path(source).absolute().parent / "config.xml"
+    return hemocell_output(source, config=config if config.exists() else None)
 
 
 class Case:

@@ -6,7 +6,7 @@ import dataclasses
 import logging
 import os
 import pathlib
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -16,13 +16,15 @@ from .cells import CellPacking
 from .errors import InputError
 from .export import exported, names_of
 from .export import write as write_exports
-from .hemocell_run import Step
 from .packing_file import Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
 from .run_lumen import RunLumen
 from .run_measures import is_red, warned_outside
 from .run_overlaps import faults_of_membranes, membrane_faults
 from .stored import StateFile
+
+if TYPE_CHECKING:
+    from .hemocell_run import Step
 
 _CELLS_AT_ONCE = 1024
 _AROUND = 1.0  # from cells to the faces of a box around them [µm]

@@ -75,6 +75,10 @@ class Run:
         chosen = self.iterations[index]
         return [self.at(one) for one in chosen] if isinstance(chosen, list) else self.at(chosen)
 
+    def packing(self) -> "DeformedPacking":
+        """The cells of the last step as a packing."""
+        return self[-1].packing()
+
     def at(self, iteration: int) -> "Step":
         """The step of an iteration. Raises InputError if it was not written"""
         if iteration not in self._steps:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from packmesh.errors import InputError
 from packmesh.fluid_files import flow_rates
-from packmesh.hemocell_run import Step
 from packmesh.membrane_measures import Shapes, joined_shapes, points_of, shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen
 from packmesh.run_overlaps import membrane_faults
+
+if TYPE_CHECKING:
+    from packmesh.hemocell_run import Step
 
 LAYER = 0.5  # width of the layers along the axis and by distance to the wall [µm]
 _AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wall [lattice spacings]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import tempfile
-from typing import Any, Callable, List, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
 
 import numpy as np
 
-from packmesh.hemocell_run import Step
+if TYPE_CHECKING:
+    from packmesh.hemocell_run import Step
 
 CELLS_AT_ONCE = 1000
 

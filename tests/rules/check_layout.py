@@ -6,9 +6,11 @@
 - In that list, the engines and what judges and measures their results stand before packing/, which calls them.
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines.
+- Modules of the Python package import those of their floor, without circles, and of floors above it in the list of contributing.md.
 - What the wing cat/ consists of is named in at most 20 lines of the rest of the tree.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
 """
+import ast
 import pathlib
 import re
 import sys
@@ -69,11 +71,15 @@ def check_cycles():
     for path in sources():
         unit = path.with_suffix("")
         uses.setdefault(unit, set()).update(o.with_suffix("") for o in included(path) if o.with_suffix("") != unit)
+    require_no_circle(uses, "files include each other")
+
+
+def require_no_circle(uses, what):
     done, at = set(), []
 
     def visit(unit):
         if unit in at:
-            faults.append("files include each other: " + " -> ".join(map(str, at[at.index(unit):] + [unit])))
+            faults.append(f"{what}: " + " -> ".join(map(str, at[at.index(unit):] + [unit])))
             return
         if unit in done:
             return
@@ -85,6 +91,42 @@ def check_cycles():
 
     for unit in sorted(uses):
         visit(unit)
+
+
+def imports(node, package):
+    """Names that are imported below a node, in full, but for those of annotations alone."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
+            continue
+        if isinstance(child, ast.Import):
+            yield from (alias.name for alias in child.names)
+        elif isinstance(child, ast.ImportFrom):
+            of = ".".join(package[:len(package) - child.level + 1] * bool(child.level) + [child.module] * bool(child.module))
+            yield from (f"{of}.{alias.name}" for alias in child.names)
+        yield from imports(child, package)
+
+
+def check_python():
+    """Of modules of the package; those of a folder count as one."""
+    block = re.search(r"floors, too\..*?```text\n(.*?)```", (ROOT / "docs/contributing.md").read_text(), re.S)[1]
+    floors = {}
+    for number, line in enumerate(block.splitlines()):
+        for name in re.sub(r"\(.*?\)", "", line.split(None, 1)[1]).split(","):
+            floors[name.strip()] = number
+    uses = {}
+    for path in sorted((ROOT / "python/packmesh").rglob("*.py")):
+        parts = path.relative_to(ROOT / "python").with_suffix("").parts
+        if parts == ("packmesh", "__init__"):
+            continue  # names what users import
+        found = {name.split(".")[1] for name in imports(ast.parse(path.read_text()), list(parts[:-1])) if name.startswith("packmesh.")}
+        uses.setdefault(parts[1], set()).update((found & floors.keys()) - {parts[1]})
+    for name in sorted(uses.keys() ^ floors.keys()):
+        faults.append(f"python/packmesh/{name}: " + ("is missing in the list of" if name in uses else "does not exist, but is in the list of")
+                      + " docs/contributing.md")
+    for name, others in uses.items():
+        faults.extend(f"python/packmesh/{name} imports {other}, which is below it in docs/contributing.md" for other in sorted(others)
+                      if floors[other] > floors.get(name, -1))
+    require_no_circle(uses, "modules import each other")
 
 
 def file_of(name):
@@ -138,6 +180,7 @@ def check_tolerances():
 
 check_includes()
 check_cycles()
+check_python()
 check_classes()
 check_lengths()
 check_wing()

@@ -76,12 +76,12 @@ int of(const Seen& seen, Stage stage) {
 TEST_CASE("A run continued from any of its states gives the same result as an uninterrupted one") {
   SECTION("repairs") {
     int relaxing = 0, repairing = 0;
-    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       const Seen seen = requireSameWayFromAnyState(mixtureIn(longBox(), 0.55, seed));
       relaxing += of(seen, Stage::relaxation);
       repairing += of(seen, Stage::repair);
     }
-    REQUIRE(relaxing > 2);
+    REQUIRE(relaxing > 4);
     REQUIRE(repairing > 0);
   }
   SECTION("walls, clearances, cells that do not rotate") {
