@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/make_species.h"
@@ -121,21 +122,16 @@ Quaternion turnBetween(const Vec3& from, const Vec3& to, std::optional<int> axis
   return Quaternion(Eigen::AngleAxisd(angle(to) - angle(from), Vec3::Unit(*axis)));
 }
 
-struct Copy {
-  int species;
-  PresentCell cell;
-};
-
 /// Numbers of the copies that are where cells can be: those that meet none before them, and the others.
 struct Fitting {
   std::vector<std::size_t> apart, crowded;
 };
 
-Fitting fitting(const Scene& scene, const std::vector<Copy>& copies) {
+Fitting fitting(const Scene& scene, const std::vector<PresentCell>& copies) {
   const Physics physics = physicsOf(scene);
   std::vector<char> fits(copies.size(), 0);
   scene.team.forEach(std::int64_t(copies.size()), [&](std::int64_t i, int) {
-    const PlacedCell cell = scene.placed(copies[i].species, copies[i].cell);
+    const PlacedCell cell = Scene::placed(copies[i]);
     const Wall* const wall = scene.lumen.container->wall();
     fits[i] =
         !(wall && wall->examine({scene.shapes[cell.shape]->hierarchy(), cell.placement}, 0.0).violation) &&
@@ -145,13 +141,13 @@ Fitting fitting(const Scene& scene, const std::vector<Copy>& copies) {
   std::vector<PlacedCell> cells;
   for (std::size_t s = 0; s < scene.species.size(); ++s)
     for (const auto* const present : {&scene.species[s].fixed, &scene.species[s].start})
-      for (const PresentCell& cell : *present) cells.push_back(scene.placed(int(s), cell));
+      for (const PresentCell& cell : *present) cells.push_back(Scene::placed(cell));
   const auto others = std::int64_t(cells.size());
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < copies.size(); ++i) {
     if (!fits[i]) continue;
     numbers.push_back(i);
-    cells.push_back(scene.placed(copies[i].species, copies[i].cell));
+    cells.push_back(Scene::placed(copies[i]));
   }
   std::vector<char> leaves(cells.size(), 0);
   for (const OverlappingPair& pair : findOverlaps(certificateInputOf(physics, cells, scene.team)))
@@ -253,28 +249,28 @@ Scene withBlood(Scene scene, Notices& notices) {
   const ShapedCells shaped = makeShapes(takeCells(blood, speciesOf, file), scene.species, scene.shapes.size(),
                                         SelfIntersecting::undeform, scene.team, notices);
   scene.shapes.insert(scene.shapes.end(), shaped.shapes.begin(), shaped.shapes.end());
-  for (std::size_t i = 0; i < shaped.cells.size(); ++i)
-    if (shaped.cells[i].shape >= 0)
-      scene.species[speciesOf[blood.cells[i].species]].blood.shapes.push_back(shaped.cells[i].shape);
-  std::vector<Copy> copies;
+  for (const PresentCell& cell : shaped.cells)
+    if (cell.shape >= 0) scene.species[cell.species].blood.shapes.push_back(cell.shape);
+  std::vector<PresentCell> copies;
   const Box bounds = scene.lumen.container->bounds();
   for (std::size_t i = 0; i < shaped.cells.size(); ++i)
     piece.forEachCopy(blood.cells[i].pose, bounds, [&](const Pose& pose) {
       PresentCell copy = posLineOf(pose);
       copy.shape = shaped.cells[i].shape;
-      copies.push_back({speciesOf[blood.cells[i].species], copy});
+      copy.species = shaped.cells[i].species;
+      copies.push_back(copy);
     });
   const Fitting found = fitting(scene, copies);
-  for (const std::size_t i : found.apart) scene.species[copies[i].species].start.push_back(copies[i].cell);
+  for (const std::size_t i : found.apart) scene.species[copies[i].species].start.push_back(copies[i]);
   for (const std::size_t i : found.crowded)
-    scene.species[copies[i].species].blood.crowded.push_back(copies[i].cell);
+    scene.species[copies[i].species].blood.crowded.push_back(copies[i]);
   scene.species = countedAsIn(blood, speciesOf, std::move(scene.species), scene.request, notices);
   return scene;
 }
 
-std::vector<LikeCell> likeThoseThere(const Scene& scene, const std::vector<Pose>& there, std::int64_t count,
-                                     std::uint32_t stream) {
-  std::vector<LikeCell> cells;
+std::vector<Cell> addLike(const std::vector<Cell>& there, std::int64_t count, const Scene& scene,
+                          std::uint32_t stream) {
+  std::vector<Cell> cells;
   if (there.empty() || !scene.lumen.container->wall()) return cells;
   const SideWall wall(scene.lumen.container, endAxes(scene));
   if (!wall.exists()) return cells;
@@ -284,8 +280,8 @@ std::vector<LikeCell> likeThoseThere(const Scene& scene, const std::vector<Pose>
   for (std::int64_t n = 0; n < count; ++n) {
     poll();
     const double chosen = uniform4(seed, RandomStream::draw, std::uint64_t(n), stream)[0];
-    LikeCell cell{std::size_t(chosen * double(there.size())), {}};
-    const Pose& like = there[cell.like];
+    Cell cell = there[std::size_t(chosen * double(there.size()))];
+    const Pose like = std::exchange(cell.pose, {});
     const WallDistance from = wall.distance(like.position);
     WallDistance found{};
     double nearest = std::numeric_limits<double>::infinity();

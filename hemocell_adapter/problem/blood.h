@@ -19,17 +19,11 @@ namespace packmesh::hemocell {
 /// @throws InputError if the state does not fit the species
 Scene withBlood(Scene scene, Notices& notices);
 
-/// Where a further cell starts, and which cell of the blood it is like.
-struct LikeCell {
-  std::size_t like;
-  Pose pose;
-};
-
-/// Starts of further cells of flowing blood: each is like a random one of the cells that are there, at a
-/// random place as far from the wall, turned as the wall is (in a pipe about its axis), so that the layers of
-/// the blood stay what they are. None where there is no wall. Every rank computes all of them. @param stream
-/// of the random numbers
-std::vector<LikeCell> likeThoseThere(const Scene& scene, const std::vector<Pose>& there, std::int64_t count,
-                                     std::uint32_t stream);
+/// Further cells of flowing blood: each is like a random one of the cells that are there, with its number and
+/// its shape, at a random place as far from the wall, turned as the wall is (in a pipe about its axis), so
+/// that the layers of the blood stay what they are. None where there is no wall. Every rank computes all of
+/// them. @param stream of the random numbers
+std::vector<Cell> addLike(const std::vector<Cell>& there, std::int64_t count, const Scene& scene,
+                          std::uint32_t stream);
 
 }  // namespace packmesh::hemocell

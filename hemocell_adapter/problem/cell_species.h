@@ -21,10 +21,11 @@ namespace packmesh::hemocell {
 struct PresentCell : PosLine {
   PresentCell() = default;
   PresentCell(const PosLine& line) : PosLine(line) {}
-  /// Of a mesh of its own, in the order and frame of the template [µm], until Problem has a shape of it;
+  /// Of a mesh of its own, in the order and frame of the template [µm], until Scene has a shape of it;
   /// empty: it has the mesh of the template.
   std::vector<Vec3> vertices;
-  int shape = -1;  ///< then: index into Problem::shapes
+  int shape = -1;   ///< then: index into Scene::shapes
+  int species = 0;  ///< index into Scene::species, as soon as there are any
 };
 
 /// What flowing blood provides for further cells of a species.

@@ -120,10 +120,12 @@ CellSpecies makeOne(SpeciesPlan plan, std::shared_ptr<const Shape> shape, const 
 ShapedCells makeShapes(CellsOfFile of, const std::vector<CellSpecies>& species, std::size_t first,
                        SelfIntersecting selfIntersecting, const Threads& team, Notices& notices) {
   std::vector<std::size_t> own;  // numbers of the cells with vertices
-  for (std::size_t i = 0; i < of.cells.size(); ++i)
+  for (std::size_t i = 0; i < of.cells.size(); ++i) {
+    of.cells[i].species = of.species(i);
     if (!of.cells[i].vertices.empty()) own.push_back(i);
+  }
   for (const std::size_t i : own)
-    if (const CellSpecies& one = species[of.species(i)]; one.shape->mesh().triangles != of.triangles(i))
+    if (const CellSpecies& one = species[of.cells[i].species]; one.shape->mesh().triangles != of.triangles(i))
       throw InputError(fmt::format(
           "{}: its cells '{}' have meshes of their own whose triangles are not those of the template",
           of.file, one.name));
@@ -131,11 +133,10 @@ ShapedCells makeShapes(CellsOfFile of, const std::vector<CellSpecies>& species, 
   team.forEach(std::int64_t(own.size()), [&](std::int64_t k, int) {
     PresentCell& cell = of.cells[own[k]];
     cell.shape = int(first + k);
-    shapes[k] =
-        std::make_shared<const Shape>(std::exchange(cell.vertices, {}), species[of.species(own[k])].shape);
+    shapes[k] = std::make_shared<const Shape>(std::exchange(cell.vertices, {}), species[cell.species].shape);
   });
   for (std::size_t k = 0; k < own.size(); ++k) {
-    const CellSpecies& one = species[of.species(own[k])];
+    const CellSpecies& one = species[of.cells[own[k]].species];
     const double volume = shapes[k]->volume(), ofTemplate = one.shape->volume();
     if (volume >= leastVolume * ofTemplate) continue;
     throw InputError(fmt::format(
@@ -145,7 +146,7 @@ ShapedCells makeShapes(CellsOfFile of, const std::vector<CellSpecies>& species, 
   }
   std::map<int, std::vector<std::size_t>> bySpecies;
   if (selfIntersecting != SelfIntersecting::keep)
-    for (const std::size_t i : own) bySpecies[of.species(i)].push_back(i);
+    for (const std::size_t i : own) bySpecies[of.cells[i].species].push_back(i);
   for (const auto& [s, numbers] : bySpecies) {
     const std::vector<std::size_t> found =
         findSelfIntersecting(of.cells, numbers, shapes, first, *species[s].shape, team);

@@ -39,7 +39,7 @@ struct CellsOfFile {
   std::function<const std::vector<Triangle>&(std::size_t cell)> triangles;
 };
 
-/// Cells of which none has vertices: those that had some have shapes instead.
+/// Cells with their species, of which none has vertices: those that had some have shapes instead.
 struct ShapedCells {
   std::vector<PresentCell> cells;
   Shapes shapes;  ///< from a number on, which makeShapes() is given

@@ -38,15 +38,9 @@ constexpr std::int64_t triesOfCell = 2000, fewestTries = 100000;
 /// Purposes of the random numbers of poses, beside those of placeRandomly().
 constexpr std::uint32_t ownPurpose = 1 << 20;
 
-/// Where a cell is at the start.
-struct Start {
-  Pose pose;
-  int shape;  ///< index into Problem::shapes
-};
-
 /// A random subset of `count` of the cells, in their order.
-std::vector<Start> drawn(std::vector<Start> cells, std::int64_t count, std::uint64_t seed,
-                         std::uint64_t stream) {
+std::vector<Cell> drawn(std::vector<Cell> cells, std::int64_t count, std::uint64_t seed,
+                        std::uint64_t stream) {
   if (count >= std::int64_t(cells.size())) return cells;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < cells.size(); ++i)
@@ -55,22 +49,24 @@ std::vector<Start> drawn(std::vector<Start> cells, std::int64_t count, std::uint
   std::vector<std::size_t> chosen;
   for (std::int64_t i = 0; i < count; ++i) chosen.push_back(order[i].second);
   std::sort(chosen.begin(), chosen.end());
-  std::vector<Start> some;
+  std::vector<Cell> some;
   for (const std::size_t i : chosen) some.push_back(cells[i]);
   return some;
 }
 
-std::vector<Start> startsOf(int s, const std::vector<PresentCell>& present) {
-  std::vector<Start> cells;
-  for (const PresentCell& cell : present) cells.push_back({poseOf(cell), cell.shape < 0 ? s : cell.shape});
+/// Existing cells as those that packing starts from, numbered.
+std::vector<Cell> startsOf(const std::vector<PresentCell>& present) {
+  std::vector<Cell> cells;
+  for (const PresentCell& cell : present)
+    cells.push_back({std::int64_t(cells.size()), cell.species, poseOf(cell), {}, Scene::shapeOf(cell)});
   return cells;
 }
 
 /// Initial poses that coincide: all but the first are displaced slightly, because there is no direction in
 /// which coinciding cells could be separated.
-std::vector<Start> startOf(const Scene& scene, int s) {
+std::vector<Cell> startOf(const Scene& scene, int s) {
   constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
-  std::vector<Start> cells = startsOf(s, scene.species[s].start);
+  std::vector<Cell> cells = startsOf(scene.species[s].start);
   std::set<std::array<double, 3>> taken;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Vec3& at = cells[i].pose.position;
@@ -178,7 +174,7 @@ class Parting {
       part.cells.name += ", fixed";
       part.cells.freedom.fixed = true;
       part.cells.freedom.cone.reset();
-      add(part, startsOf(s, species.fixed));
+      add(part, startsOf(species.fixed));
     }
     if (profile_ && profile_->species[s].isAsked())
       freeInShells(s);
@@ -190,26 +186,22 @@ class Parting {
 
   /// With flowing blood, the starts of all cells: further ones are those of the blood that meet others, or
   /// else like those there.
-  std::vector<Start> withBlood(int s, std::int64_t count, std::vector<Start> start) const {
+  std::vector<Cell> withBlood(int s, std::int64_t count, std::vector<Cell> start) const {
     const SpeciesRequest* const asked = findSpecies(scene_.request, scene_.species[s].name);
     if (!scene_.request.blood || !asked || !asked->inBlood) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
-    for (const Start& cell : drawn(startsOf(s, scene_.species[s].blood.crowded), missing(),
-                                   scene_.request.seed, std::uint64_t(s)))
+    for (const Cell& cell :
+         drawn(startsOf(scene_.species[s].blood.crowded), missing(), scene_.request.seed, std::uint64_t(s)))
       start.push_back(cell);
-    std::vector<Pose> there;
-    for (const Start& cell : start) there.push_back(cell.pose);
-    for (const LikeCell& cell : likeThoseThere(scene_, there, missing(), std::uint32_t(s)))
-      start.push_back({cell.pose, start[cell.like].shape});
+    for (const Cell& cell : addLike(start, missing(), scene_, std::uint32_t(s))) start.push_back(cell);
     return start;
   }
 
   void freeInRegions(int s) {
     const CellSpecies& species = scene_.species[s];
     const std::size_t regions = regions_.size();
-    std::vector<std::vector<Start>> start(regions);
-    for (const Start& cell : startOf(scene_, s))
-      start[regionAt(regions_, cell.pose.position)].push_back(cell);
+    std::vector<std::vector<Cell>> start(regions);
+    for (const Cell& cell : startOf(scene_, s)) start[regionAt(regions_, cell.pose.position)].push_back(cell);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)
         throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
@@ -225,8 +217,8 @@ class Parting {
     const auto shellOf = [&](const Vec3& p) { return profile.shellAt((*profile.depth)(p).distance); };
     std::vector<std::int64_t> fixed(profile.shells(), 0);
     for (const PosLine& line : species.fixed) ++fixed[shellOf(line.position)];
-    std::vector<std::vector<Start>> start(profile.shells());
-    for (const Start& cell : startOf(scene_, s)) start[shellOf(cell.pose.position)].push_back(cell);
+    std::vector<std::vector<Cell>> start(profile.shells());
+    for (const Cell& cell : startOf(scene_, s)) start[shellOf(cell.pose.position)].push_back(cell);
     const std::vector<std::int64_t> counts = sharedOutBesides(species.count, planned.weight, fixed);
     std::vector<std::int64_t> others = counts;
     for (int j = 0; j < profile.shells(); ++j)
@@ -244,7 +236,7 @@ class Parting {
       if (planned.freeLayer > 0.0)
         part.cells.freedom.freeLayer = FreeLayer{profile.depth->wall(), planned.freeLayer};
       for (const Pose& pose : placed[j])
-        start[j].push_back({pose, furtherShape(s, std::int64_t(start[j].size()))});
+        start[j].push_back({0, s, pose, {}, furtherShape(s, std::int64_t(start[j].size()))});
       addFree(std::move(part), std::move(start[j]));
     }
   }
@@ -272,7 +264,7 @@ class Parting {
   }
 
   /// A part with cells that can move.
-  void free(int s, int region, std::int64_t count, std::vector<Start> start) {
+  void free(int s, int region, std::int64_t count, std::vector<Cell> start) {
     if (count == 0 && region >= 0) return;
     Part part{s, region, freeCells(scene_, packed_, s, count)};
     if (region >= 0) {
@@ -283,10 +275,10 @@ class Parting {
     addFree(std::move(part), std::move(start));
   }
 
-  void addFree(Part part, std::vector<Start> start) {
+  void addFree(Part part, std::vector<Cell> start) {
     start = drawn(std::move(start), part.cells.count, scene_.request.seed, stream_);
     if (const auto& cone = part.cells.freedom.cone; scene_.request.rotate && cone)
-      for (Start& cell : start) cell.pose.orientation = cone->nearest(cell.pose.orientation);
+      for (Cell& cell : start) cell.pose.orientation = cone->nearest(cell.pose.orientation);
     add(std::move(part), start);
   }
 
@@ -300,9 +292,9 @@ class Parting {
 
   /// A part with these cells at the start, and with further ones. Deformed cells are in the order of their
   /// shapes.
-  void add(Part part, const std::vector<Start>& start) {
+  void add(Part part, const std::vector<Cell>& start) {
     Species& cells = part.cells;
-    for (const Start& cell : start) {
+    for (const Cell& cell : start) {
       if (cell.shape == part.species)
         cells.start.push_back(cell.pose);
       else

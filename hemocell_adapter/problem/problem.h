@@ -58,9 +58,10 @@ struct Scene {
   /// Whether there may be cells with meshes of their own, and whether a cell has one.
   bool hasDeformed() const { return shapes.size() > species.size(); }
   bool isDeformed(const PlacedCell& cell) const { return cell.shape != cell.species; }
-  /// An existing cell of a species.
-  PlacedCell placed(int ofSpecies, const PresentCell& cell) const {
-    return {ofSpecies, cell.shape < 0 ? ofSpecies : cell.shape, placementOf(cell)};
+  /// The shape of an existing cell, and the cell where it is.
+  static int shapeOf(const PresentCell& cell) { return cell.shape < 0 ? cell.species : cell.shape; }
+  static PlacedCell placed(const PresentCell& cell) {
+    return {cell.species, shapeOf(cell), placementOf(cell)};
   }
 
   /// Cells of a packing, at most.

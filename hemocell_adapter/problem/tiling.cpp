@@ -35,21 +35,12 @@ void requireTileable(const Problem& problem) {
 
 namespace {
 
-/// A cell of the box that is repeated.
-struct BoxedCell {
-  PosLine line;
-  int species, shape;
-};
-
-std::vector<BoxedCell> boxedCells(const Problem& problem, const PackingResult& result) {
-  std::vector<BoxedCell> own;
-  for (std::size_t i = 0; i < result.cells.size(); ++i)
-    own.push_back({problem.read->lineOf(result.poses[i]), result.cells[i].species, result.cells[i].shape});
-  return problem.ranks.gatherAll(own);
-}
-
-/// The species of a larger box with their cells, which are all there.
-std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<BoxedCell>& cells) {
+/// The species of a larger box with their cells, which are all there. All ranks call.
+std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const PackingResult& result) {
+  std::vector<PosLine> lines;
+  for (const Pose& pose : result.poses) lines.push_back(problem.read->lineOf(pose));
+  lines = problem.ranks.gatherAll(lines);
+  const std::vector<PlacedCell> cells = problem.ranks.gatherAll(result.cells);
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
   for (std::size_t s = 0; s < plans.size(); ++s) {
     SpeciesPlan& species = plans[s];
@@ -63,13 +54,13 @@ std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<Bo
   }
   const std::array<int, 3>& times = problem.request.tiles;
   const Vec3& box = *problem.request.boxSize;
-  for (const BoxedCell& cell : cells) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const PlacedCell& cell = cells[i];
     std::vector<PresentCell>& images = plans[cell.species].start;
     for (int x = 0; x < times[0]; ++x)
       for (int y = 0; y < times[1]; ++y)
         for (int z = 0; z < times[2]; ++z) {
-          images.emplace_back(
-              PosLine{cell.line.position + Vec3(x, y, z).cwiseProduct(box), cell.line.angles});
+          images.emplace_back(PosLine{lines[i].position + Vec3(x, y, z).cwiseProduct(box), lines[i].angles});
           if (cell.shape != cell.species)
             images.back().vertices = problem.shapes[cell.shape]->mesh().vertices;
         }
@@ -89,7 +80,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   big.request.dischargeHematocrit.reset();
   big.request.hematocrit.reset();
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
-  return problemWithCells(big, tiledPlans(problem, boxedCells(problem, result)), clearances, problem.ranks);
+  return problemWithCells(big, tiledPlans(problem, result), clearances, problem.ranks);
 }
 
 }  // namespace packmesh::hemocell

@@ -18,6 +18,7 @@
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/state_request.h"
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"
 #include "packMesh/analysis/share_measures.h"
@@ -74,12 +75,6 @@ Packing placeCells(const StateCells& state, const std::vector<int>& kinds,
   packing.problem = std::move(problem);
   return packing;
 }
-
-/// A cell on the way to all ranks; its vertices follow apart.
-struct SentCell {
-  std::int32_t kind, vertices;  ///< their number
-  Pose pose;
-};
 
 }  // namespace
 
@@ -236,24 +231,29 @@ StateCells cellsOf(const Packing& packing, const std::vector<StateCells::Kind>& 
 }
 
 StateCells gatherCells(const StateCells& own, const Communicator& ranks) {
-  std::vector<SentCell> rows;
+  std::vector<std::int32_t> kinds, sizes;
+  std::vector<Pose> poses;
   std::vector<Vec3> vertices;
   for (const Cell& cell : own.cells) {
-    rows.push_back({cell.species, std::int32_t(cell.vertices.size()), cell.pose});
+    kinds.push_back(cell.species);
+    poses.push_back(cell.pose);
+    sizes.push_back(std::int32_t(cell.vertices.size()));
     vertices.insert(vertices.end(), cell.vertices.begin(), cell.vertices.end());
   }
-  rows = ranks.gatherAll(rows);
+  kinds = ranks.gatherAll(kinds);
+  poses = ranks.gatherAll(poses);
+  sizes = ranks.gatherAll(sizes);
   vertices = ranks.gatherAll(vertices);
   StateCells state;
   state.species = own.species;
   state.box = own.box;
   state.period = own.period;
   auto next = vertices.cbegin();
-  for (const SentCell& row : rows) {
-    Cell cell{std::int64_t(state.cells.size()), row.kind, row.pose};
-    cell.vertices.assign(next, next + row.vertices);
-    next += row.vertices;
-    state.deformed = state.deformed || row.vertices > 0;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    Cell cell{std::int64_t(i), kinds[i], poses[i]};
+    cell.vertices.assign(next, next + sizes[i]);
+    next += sizes[i];
+    state.deformed = state.deformed || sizes[i] > 0;
     state.cells.push_back(std::move(cell));
   }
   return state;

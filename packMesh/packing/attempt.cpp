@@ -78,47 +78,43 @@ Attempt::Attempt(const PackingProblem& problem, RunControl& control)
 bool Attempt::certifyAll(std::int64_t sweeps) {
   if (over_) return false;
   const std::int64_t most = std::min(sweeps, problem_.execution.limits.maxSweeps);
-  if (!relaxation_) {
+  if (!placed_) {
     begin();
     if (engine_ && !engineDone(most)) return false;
-    if (!relaxation_ || control_.interrupted()) return false;
+    if (!placed_) return false;
     keepState();
+    if (control_.interrupted()) return false;
     if (startsClean()) return true;
-    if (at_.fewer) return certified();
+    if (placed_->at.fewer) return certified();
   }
   while (!control_.outOfTime()) {
-    if (at_.stage == Stage::relaxation && !relaxed(most)) break;
+    if (placed_->at.stage == Stage::relaxation && !relaxed(most)) break;
     if (certified()) return true;
   }
-  const bool suspended = most < problem_.execution.limits.maxSweeps && relaxation_->sweeps() >= most;
+  const bool suspended = most < problem_.execution.limits.maxSweeps && placed_->relaxation.sweeps() >= most;
   if (suspended || control_.interrupted()) return false;
   over_ = true;
   return cleanByChance() || certifiedWithSomeCloser();
 }
 
 PackingResult Attempt::takeResult() {
-  const bool all = delivered_ && result_.cellCount >= cells_ && !leftOut_;
-  result_.outcome = control_.interrupted() ? Outcome::interrupted
-                    : all                  ? Outcome::certified
-                                           : Outcome::outOfReach;
-  if (!delivered_ || control_.interrupted()) {
-    result_.cells.clear();
-    result_.poses.clear();
-    result_.counts.clear();
-    result_.cellCount = 0;
-    result_.certificate = {};
+  PackingResult result;
+  if (certified_ && !control_.interrupted()) {
+    result = std::move(*certified_);
+  } else {
+    result.outcome = control_.interrupted() ? Outcome::interrupted : Outcome::outOfReach;
   }
   endRelaxation();
-  return std::move(result_);
+  result.statistics = std::move(statistics_);
+  return result;
 }
 
 /// Takes its numbers from the relaxation, which then frees its memory.
 void Attempt::endRelaxation() {
-  if (!relaxation_) return;
-  result_.statistics.blocks = relaxation_->blockCount();
-  result_.statistics.sweeps = relaxation_->sweeps();
-  relaxation_.reset();
-  begun_ = true;
+  if (!placed_) return;
+  statistics_.blocks = placed_->relaxation.blockCount();
+  statistics_.sweeps = placed_->relaxation.sweeps();
+  placed_.reset();
 }
 
 /// Places the cells, or takes them from the state to resume.
@@ -126,30 +122,30 @@ void Attempt::begin() {
   if (engine_) return;
   const Engine* const engine = problem_.engine.get();
   if (problem_.resume && !(engine && problem_.resume->position.stage == Stage::engine)) {
-    if (engine) result_.statistics.engine = engine->statistics(problem_.resume->engine.iterations);
+    if (engine) statistics_.engine = engine->statistics(problem_.resume->engine.iterations);
     resume(*problem_.resume);
   } else if (engine) {
-    engine_ = engine->begin(problem_, control_, result_.statistics, [this] { keepState(); });
+    engine_ = engine->begin(problem_, control_, statistics_, [this] { keepState(); });
     if (engine_->hasBegun()) keepState();
   } else {
-    const Timer watch(result_.statistics.placementSeconds);
+    const Timer watch(statistics_.placementSeconds);
     if (std::optional<std::vector<Body>> bodies =
             placedCells(problem_.physics, problem_.execution, shares_, control_))
-      relaxFrom(std::move(*bodies));
+      place(std::move(*bodies), {});
   }
 }
 
 void Attempt::resume(const PackingState& state) {
-  at_ = state.position;
-  if (at_.fewer) at_ = {Stage::certificate, true, 0, {}};
-  result_.statistics.repairs = state.repairs;
+  const RunPosition at = state.position.fewer ? RunPosition{Stage::certificate, true, 0, {}} : state.position;
+  statistics_.repairs = state.repairs;
   repairs_.restore(state);
   shares_ = IdShares(std::max(cells_, state.cellCount), problem_.execution.communicator);
-  relaxFrom(bodiesOf(state.cells), state.relaxation);
+  place(bodiesOf(state.cells), at, state.relaxation);
 }
 
-void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) {
-  relaxation_.emplace(problem_.physics, problem_.execution, std::move(bodies), state);
+void Attempt::place(std::vector<Body> bodies, const RunPosition& at, const RelaxationState& state) {
+  const RunPosition next = at;  // may be that of the cells before
+  placed_.emplace(problem_, std::move(bodies), state, next);
 }
 
 /// Whether the engine has brought all cells to full size; if so, they are ready for the certificate.
@@ -170,22 +166,22 @@ void Attempt::takeFromEngine() {
   for (const Body& cell : cells) last = std::max(last, cell.id + 1);
   last = -problem_.execution.communicator.min(-last);
   shares_ = IdShares(std::max(cells_, last), problem_.execution.communicator);
-  relaxFrom(std::move(cells));
-  at_ = {Stage::certificate, false, 0, {}};
+  place(std::move(cells), {Stage::certificate, false, 0, {}});
 }
 
 /// If initial poses are given for all cells and they form a valid packing, it is kept unchanged.
 bool Attempt::startsClean() {
   const bool whole = std::all_of(problem_.physics.species.begin(), problem_.physics.species.end(),
                                  [](const Species& s) { return s.placed() >= s.count; });
-  if (!whole || engine_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
+  if (!whole || engine_ || placed_->relaxation.sweeps() > 0 || placed_->relaxation.cellCount() == 0)
+    return false;
   return cleanByChance();
 }
 
 /// Whether the current cells pass the certificate; if so, they are delivered. Stops at the first violation.
 bool Attempt::cleanByChance() {
-  const Timer watch(result_.statistics.certificateSeconds);
-  relaxation_->dropLists();
+  const Timer watch(statistics_.certificateSeconds);
+  placed_->relaxation.dropLists();
   CertificateInput input = inputNow();
   input.upToFirstFault = true;
   const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
@@ -196,7 +192,7 @@ bool Attempt::cleanByChance() {
 
 /// The cells as they would be written now. Pre: the lists of the relaxation were dropped.
 CertificateInput Attempt::inputNow() {
-  written_.take(*relaxation_);
+  written_.take(placed_->relaxation);
   CertificateInput input = written_.certificateInput();
   input.stop = [this] { return control_.outOfTimeHere(); };
   return input;
@@ -206,29 +202,29 @@ CertificateInput Attempt::inputNow() {
 /// is about to rebuild its lists.
 void Attempt::keepState() {
   if (!problem_.checkpoints) return;
-  kept_ = PackingState();
-  if (relaxation_) {
-    kept_.position = at_;
-    kept_.repairs = result_.statistics.repairs;
-    kept_.relaxation = relaxation_->state();
-    repairs_.store(kept_);
-    kept_.cellCount = relaxation_->cellCount();
-    kept_.cells = relaxation_->unsortedStates();
-    if (result_.statistics.engine) kept_.engine.iterations = result_.statistics.engine->iterations();
+  PackingState& kept = kept_.emplace();
+  if (placed_) {
+    kept.position = placed_->at;
+    kept.repairs = statistics_.repairs;
+    kept.relaxation = placed_->relaxation.state();
+    repairs_.store(kept);
+    kept.cellCount = placed_->relaxation.cellCount();
+    kept.cells = placed_->relaxation.unsortedStates();
+    if (statistics_.engine) kept.engine.iterations = statistics_.engine->iterations();
   } else {
-    kept_.position.stage = Stage::engine;
-    kept_.engine = engine_->save();
-    kept_.cellCount = cells_;
+    kept.position.stage = Stage::engine;
+    kept.engine = engine_->save();
+    kept.cellCount = cells_;
     const std::vector<Body> cells = engine_->cells();
-    kept_.cells.assign(cells.begin(), cells.end());
+    kept.cells.assign(cells.begin(), cells.end());
   }
   const auto& due = problem_.checkpoints->due;
-  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept());
+  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(this->kept());
 }
 
 const PackingState& Attempt::kept() {
-  kept_.cells = shares_.collect(std::move(kept_.cells));
-  return kept_;
+  kept_->cells = shares_.collect(std::move(kept_->cells));
+  return *kept_;
 }
 
 /// If the run was continued from the end of another one, takes over the measures of the cells, provided they
@@ -236,20 +232,20 @@ const PackingState& Attempt::kept() {
 bool Attempt::keepMeasures() {
   if (!problem_.resume) return false;
   const PackingState& from = *problem_.resume;
-  bool same = from.cells.size() == kept_.cells.size() && from.measures.size() == from.cells.size();
+  bool same = from.cells.size() == kept_->cells.size() && from.measures.size() == from.cells.size();
   for (std::size_t i = 0; same && i < from.cells.size(); ++i) {
     const MeasuresOfCell of = measuresOfCell(from.measures, i);
-    same = isUnmoved(from.cells[i], kept_.cells[i]) &&
+    same = isUnmoved(from.cells[i], kept_->cells[i]) &&
            std::all_of(of.begin(), of.end(), [](double number) { return std::isfinite(number); });
   }
   if (problem_.execution.communicator.any(!same)) return false;
-  kept_.measures = from.measures;
+  kept_->measures = from.measures;
   return true;
 }
 
 /// Measures the cells of the stored state.
 void Attempt::measure() {
-  relaxation_->dropLists();
+  placed_->relaxation.dropLists();
   CertificateInput input = inputNow();
   input.stop = {};
   endRelaxation();
@@ -257,22 +253,22 @@ void Attempt::measure() {
   std::vector<std::int64_t> own;
   for (std::size_t i = 0; i < input.own->size(); ++i)
     if ((*input.own)[i]) own.push_back(written_.ids()[i]);
-  kept_.measures = shares_.collect(own, measured);
+  kept_->measures = shares_.collect(own, measured);
   written_ = WrittenCells(problem_);
 }
 
 /// Whether all contacts could be resolved within the limits.
 bool Attempt::relaxed(std::int64_t maxSweeps) {
-  Timer watch(result_.statistics.relaxationSeconds);
+  Timer watch(statistics_.relaxationSeconds);
   ScheduleLimits all = limits(maxSweeps);
   all.sweepsForFew = problem_.execution.limits.sweepsForFew;
   std::optional<Relocated> relocated;
   all.unresolved = [&] { return (relocated = relocation()).has_value(); };
-  while (!relax(*relaxation_, all, at_.schedule)) {
+  while (!relax(placed_->relaxation, all, placed_->at.schedule)) {
     if (!relocated) return false;
-    relaxFrom(*std::exchange(relocated, {}));
+    place(*std::exchange(relocated, {}), placed_->at);
   }
-  at_.stage = Stage::certificate;
+  placed_->at.stage = Stage::certificate;
   return true;
 }
 
@@ -283,8 +279,9 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
   limits.anew = [this] { keepState(); };
   if (problem_.execution.progress)
     limits.tell = [this](const char* stage) {
-      problem_.execution.progress({stage, relaxation_->sweeps(), 1.0, relaxation_->lastSweep().deepest,
-                                   relaxation_->lastSweep().contacts});
+      problem_.execution.progress({stage, placed_->relaxation.sweeps(), 1.0,
+                                   placed_->relaxation.lastSweep().deepest,
+                                   placed_->relaxation.lastSweep().contacts});
     };
   return limits;
 }
@@ -292,37 +289,37 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
 /// Certifies the cells of the relaxation; pairs and cells that fail get more clearance and are relaxed again.
 /// Post: if false, the position is at relaxation, or the run is interrupted.
 bool Attempt::certified() {
-  const std::int64_t part = at_.schedule.part;
+  RunPosition& at = placed_->at;
+  const std::int64_t part = at.schedule.part;
   const RepairPolicy& policy = RepairPolicy::after(part);
   std::optional<Certifier> certifier;
   written_ = WrittenCells(problem_);
-  for (; at_.round < policy.rounds; ++at_.round) {
-    if (at_.stage == Stage::certificate) {
-      relaxation_->dropLists();
+  for (; at.round < policy.rounds; ++at.round) {
+    if (at.stage == Stage::certificate) {
+      placed_->relaxation.dropLists();
       keepState();
       if (certifiedOnce(policy, certifier)) return true;
       if (control_.outOfTime()) return false;
-      ++result_.statistics.repairs;
-      at_.stage = Stage::repair;
-      at_.schedule = {policy.calibrates ? part : 0, 0};
+      ++statistics_.repairs;
+      at.stage = Stage::repair;
+      at.schedule = {policy.calibrates ? part : 0, 0};
     }
     if (!settled(policy)) {
       const auto relocated = policy.calibrates ? std::nullopt : relocation();
       if (!relocated) break;
-      relaxFrom(*relocated);
-      at_ = {Stage::relaxation, at_.fewer, 0, {}};
+      place(*relocated, {Stage::relaxation, at.fewer, 0, {}});
       return false;
     }
-    at_.stage = Stage::certificate;
+    at.stage = Stage::certificate;
   }
-  at_ = {Stage::relaxation, at_.fewer, 0, {policy.calibrates ? part + 1 : 0, 0}};
+  at = {Stage::relaxation, at.fewer, 0, {policy.calibrates ? part + 1 : 0, 0}};
   return false;
 }
 
 /// The certificate of the current cells of the relaxation.
 Certificate Attempt::examined(const RepairPolicy& policy, std::optional<Certifier>& certifier) {
-  const Timer watch(result_.statistics.certificateSeconds);
-  const auto changed = certifier ? written_.update(*relaxation_) : std::nullopt;
+  const Timer watch(statistics_.certificateSeconds);
+  const auto changed = certifier ? written_.update(placed_->relaxation) : std::nullopt;
   if (changed) {
     certifier->update(*changed);
   } else {
@@ -343,26 +340,28 @@ bool Attempt::certifiedOnce(const RepairPolicy& policy, std::optional<Certifier>
     deliver(found);
     return true;
   }
-  if (found.complete) repairs_.demand(policy, found, *relaxation_);
+  if (found.complete) repairs_.demand(policy, found, placed_->relaxation);
   return false;
 }
 
 /// Relaxes what a certificate has demanded. @return whether it is worth another certificate
 bool Attempt::settled(const RepairPolicy& policy) {
-  Timer watch(result_.statistics.relaxationSeconds);
-  const ScheduleLimits most = limits(relaxation_->sweeps() + policy.sweeps - at_.schedule.sweep);
-  const bool resolved = settle(*relaxation_, policy.sweeps, most, at_.schedule, policy.calibrates);
-  return policy.calibrates ? !control_.stopped() && !isTooDeepToCalibrate(*relaxation_) : resolved;
+  Timer watch(statistics_.relaxationSeconds);
+  const ScheduleLimits most =
+      limits(placed_->relaxation.sweeps() + policy.sweeps - placed_->at.schedule.sweep);
+  const bool resolved =
+      settle(placed_->relaxation, policy.sweeps, most, placed_->at.schedule, policy.calibrates);
+  return policy.calibrates ? !control_.stopped() && !isTooDeepToCalibrate(placed_->relaxation) : resolved;
 }
 
 /// The cells with those that are stuck where there is more room; empty if there is none, or too many are
 /// stuck.
 std::optional<Attempt::Relocated> Attempt::relocation() {
-  const std::int64_t most = std::clamp(relaxation_->movableCount() / oneStuckOf, fewStuck, mostStuck);
-  if (relaxation_->lastSweep().contacts > contactsOfStuck * most ||
-      relaxation_->sweeps() > sweepsWithRelocation || control_.outOfTime())
+  const std::int64_t most = std::clamp(placed_->relaxation.movableCount() / oneStuckOf, fewStuck, mostStuck);
+  if (placed_->relaxation.lastSweep().contacts > contactsOfStuck * most ||
+      placed_->relaxation.sweeps() > sweepsWithRelocation || control_.outOfTime())
     return {};
-  relaxation_->dropLists();
+  placed_->relaxation.dropLists();
   const Certificate found = ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
   written_ = WrittenCells(problem_);
   std::set<std::int64_t> stuck = failingCells(found, problem_.physics);
@@ -370,9 +369,9 @@ std::optional<Attempt::Relocated> Attempt::relocation() {
   if (!found.complete || stuck.empty() || std::int64_t(stuck.size()) > most ||
       !found.selfIntersecting.empty())
     return {};
-  Relocated after{relaxation_->unsortedStates(), relaxation_->state()};
+  Relocated after{placed_->relaxation.unsortedStates(), placed_->relaxation.state()};
   const std::set<std::int64_t> moved = relocate(problem_.physics, problem_.execution, control_.spaces(),
-                                                relaxation_->sweeps(), stuck, after.cells);
+                                                placed_->relaxation.sweeps(), stuck, after.cells);
   if (moved.empty()) return {};
   auto& extra = after.state.extraClearance;
   for (auto pair = extra.begin(); pair != extra.end();)
@@ -382,15 +381,15 @@ std::optional<Attempt::Relocated> Attempt::relocation() {
   return after;
 }
 
-void Attempt::relaxFrom(const Relocated& relocated) {
-  relaxFrom(bodiesOf(relocated.cells), relocated.state);
+void Attempt::place(const Relocated& relocated, const RunPosition& at) {
+  place(bodiesOf(relocated.cells), at, relocated.state);
 }
 
 /// Whether all cells are certified if a few may be closer to others and to the wall than required; they are
 /// delivered then.
 bool Attempt::certifiedWithSomeCloser() {
   const Physics& physics = problem_.physics;
-  const std::int64_t most = relaxation_->movableCount() / oneCloserOf;
+  const std::int64_t most = placed_->relaxation.movableCount() / oneCloserOf;
   const bool ofTheirOwn =
       std::any_of(physics.species.begin(), physics.species.end(),
                   [](const Species& species) { return species.freedom.extraWallClearance > 0.0; });
@@ -398,7 +397,7 @@ bool Attempt::certifiedWithSomeCloser() {
   std::set<std::int64_t> closer, closerToWall;
   std::set<std::pair<std::int64_t, std::int64_t>> pairs;
   for (std::int64_t round = 0; round < closerRounds && !control_.outOfTime(); ++round) {
-    relaxation_->dropLists();
+    placed_->relaxation.dropLists();
     Certificate found = ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
     if (!found.complete || found.moreOverlaps) break;
     const Certificate tooNear = onlyTooNear(found);
@@ -416,57 +415,57 @@ bool Attempt::certifiedWithSomeCloser() {
     // Those that meet others or the wall are repaired; the permitted ones get less clearance, once.
     for (const OverlappingPair& pair : found.overlapping)
       if (!(pair.gap > 0.0))
-        relaxation_->demandClearance(pair.first, pair.second, tolerance::repairClearance);
+        placed_->relaxation.demandClearance(pair.first, pair.second, tolerance::repairClearance);
       else if (pairs.insert({pair.first, pair.second}).second)
-        relaxation_->demandClearance(pair.first, pair.second, -physics.clearance);
+        placed_->relaxation.demandClearance(pair.first, pair.second, -physics.clearance);
     for (const MisplacedCell& cell : found.misplaced)
       if (!(cell.gap > 0.0))
-        relaxation_->demandWallClearance(cell.cell, tolerance::repairClearance);
+        placed_->relaxation.demandWallClearance(cell.cell, tolerance::repairClearance);
       else if (closerToWall.insert(cell.cell).second)
-        relaxation_->demandWallClearance(cell.cell, -physics.wallClearance);
+        placed_->relaxation.demandWallClearance(cell.cell, -physics.wallClearance);
     SchedulePosition start;
-    ScheduleLimits some = limits(relaxation_->sweeps() + closerSweeps);
+    ScheduleLimits some = limits(placed_->relaxation.sweeps() + closerSweeps);
     some.anew = {};  // a restart begins these rounds again
-    settle(*relaxation_, closerSweeps, some, start);
+    settle(placed_->relaxation, closerSweeps, some, start);
   }
   written_ = WrittenCells(problem_);
   return false;
 }
 
-/// Assigns every rank its share of the certified cells, sorted by id.
-void Attempt::deliver(const Certificate& certificate) {
-  const std::vector<BodyState> states = shares_.collect(relaxation_->unsortedStates());
-  result_.poses.resize(states.size());
-  result_.cells.resize(states.size());
+/// Assigns every rank its share of the certified cells, sorted by id. @param whole none was left out
+void Attempt::deliver(const Certificate& certificate, bool whole) {
+  const std::vector<BodyState> states = shares_.collect(placed_->relaxation.unsortedStates());
+  PackingResult& result = certified_.emplace();
+  result.poses.resize(states.size());
+  result.cells.resize(states.size());
   problem_.execution.threads.forEachPart(
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i) {
-          const Pose pose = result_.poses[i] = states[i].pose();
-          result_.cells[i] = {states[i].species, states[i].shape, problem_.physics.placement(pose)};
+          const Pose pose = result.poses[i] = states[i].pose();
+          result.cells[i] = {states[i].species, states[i].shape, problem_.physics.placement(pose)};
         }
       });
-  result_.counts.assign(problem_.physics.species.size(), 0);
-  for (const BodyState& state : states) ++result_.counts[state.species];
-  result_.cellCount = relaxation_->cellCount();
-  result_.certificate = certificate;
-  delivered_ = true;
+  result.counts.assign(problem_.physics.species.size(), 0);
+  for (const BodyState& state : states) ++result.counts[state.species];
+  result.cellCount = placed_->relaxation.cellCount();
+  result.certificate = certificate;
+  result.outcome = whole && result.cellCount >= cells_ ? Outcome::certified : Outcome::outOfReach;
 }
 
 bool Attempt::leaveOutFailing() {
-  if (!relaxation_ && engine_ && engine_->hasBegun()) takeFromEngine();
-  if (!relaxation_) return false;
-  leftOut_ = true;
-  Timer watch(result_.statistics.certificateSeconds);
+  if (!placed_ && engine_ && engine_->hasBegun()) takeFromEngine();
+  if (!placed_) return false;
+  Timer watch(statistics_.certificateSeconds);
   while (!control_.outOfTime()) {
     const Certificate found =
         ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
     if (!found.complete) break;
     if (found.clean()) {
-      deliver(found);
+      deliver(found, false);
       return true;
     }
     const std::set<std::int64_t> out = failingCells(found, problem_.physics);
-    relaxation_->remove({out.begin(), out.end()});
+    placed_->relaxation.remove({out.begin(), out.end()});
   }
   return false;
 }
@@ -483,20 +482,15 @@ void Attempt::take(const PackingResult& fewer) {
     first += problem_.physics.species[s].count;
   }
   RelaxationState state;
-  state.sweeps = relaxation_ ? relaxation_->sweeps() : 0;
-  relaxFrom(std::move(bodies), state);
-  at_ = {Stage::certificate, true, 0, {}};
+  state.sweeps = placed_ ? placed_->relaxation.sweeps() : 0;
+  place(std::move(bodies), {Stage::certificate, true, 0, {}}, state);
   repairs_.clear();
-  result_.cells = fewer.cells;
-  result_.poses = fewer.poses;
-  result_.counts = fewer.counts;
-  result_.cellCount = fewer.cellCount;
-  result_.certificate = fewer.certificate;
-  delivered_ = true;
+  certified_ = fewer;
+  certified_->outcome = fewer.cellCount >= cells_ ? Outcome::certified : Outcome::outOfReach;
 }
 
 void Attempt::keepEnd() {
-  if (!problem_.checkpoints || !relaxation_) return;
+  if (!problem_.checkpoints || !placed_) return;
   keepState();
   kept();
   if (!keepMeasures()) measure();

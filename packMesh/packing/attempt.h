@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "packMesh/certificate/certifier.h"
@@ -41,24 +42,22 @@ class Attempt {
   /// Replaces the cells by those of another attempt, certified, at fewer cells of the same species.
   void take(const PackingResult& fewer);
 
-  /// Of the cells delivered so far.
-  const Certificate& certificate() const { return result_.certificate; }
+  /// The certified cells, of which the statistics are still open: all, or fewer; empty: none so far.
+  const std::optional<PackingResult>& certifiedCells() const { return certified_; }
 
-  /// Whether there are certified cells: all, or fewer.
-  bool hasDelivered() const { return delivered_; }
-
-  /// Whether cells have been placed, so that there is a state to save.
-  bool hasBegun() const { return begun_ || relaxation_ || (engine_ && engine_->hasBegun()); }
+  /// Whether cells have been placed, so that there is a state to save. Pre: states are saved
+  bool hasBegun() const { return kept_.has_value(); }
 
   /// Sweeps of relaxation, or iterations of the engine.
   std::int64_t sweeps() const {
-    return engine_ ? engine_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
+    return engine_ ? engine_->iterations() : placed_ ? placed_->relaxation.sweeps() : 0;
   }
 
-  /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it.
+  /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it. Pre:
+  /// hasBegun()
   const PackingState& kept();
   /// Stores the current cells, with their measures, as the final state of a run. Only takeResult() follows.
-  /// Pre: hasDelivered()
+  /// Pre: there are certified cells
   void keepEnd();
 
   PackingResult takeResult();
@@ -75,7 +74,15 @@ class Attempt {
   bool cleanByChance();
   bool startsClean();
 
-  void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
+  /// Cells that have been placed, or taken from an engine, and are relaxed.
+  struct Placed {
+    Placed(const PackingProblem& problem, std::vector<Body> bodies, const RelaxationState& state,
+           const RunPosition& next)
+        : relaxation(problem.physics, problem.execution, std::move(bodies), state), at(next) {}
+    Relaxation relaxation;
+    RunPosition at;  ///< the next stage
+  };
+  void place(std::vector<Body> bodies, const RunPosition& at, const RelaxationState& state = {});
   /// Cells of a relaxation, some of which were put elsewhere.
   struct Relocated {
     std::vector<BodyState> cells;
@@ -83,12 +90,12 @@ class Attempt {
   };
   std::optional<Relocated> relocation();
   bool certifiedWithSomeCloser();
-  void relaxFrom(const Relocated& relocated);
+  void place(const Relocated& relocated, const RunPosition& at);
   void takeFromEngine();
   ScheduleLimits limits(std::int64_t maxSweeps);
   CertificateInput inputNow();
   Certificate examined(const RepairPolicy& policy, std::optional<Certifier>& certifier);
-  void deliver(const Certificate& certificate);
+  void deliver(const Certificate& certificate, bool whole = true);
   void keepState();
   bool keepMeasures();
   void endRelaxation();
@@ -98,17 +105,14 @@ class Attempt {
   RunControl& control_;
   const std::int64_t cells_;  ///< requested
   IdShares shares_;
-  std::unique_ptr<EngineStage> engine_;   ///< of PackingProblem::engine
-  std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or taken from the engine
-  RunPosition at_;                        ///< the next stage, once there is a relaxation
+  std::unique_ptr<EngineStage> engine_;  ///< of PackingProblem::engine
+  std::optional<Placed> placed_;         ///< empty until there are cells of full size, and after their end
+  std::optional<PackingResult> certified_;
+  bool over_ = false;  ///< jammed, or a limit was reached
   Repairs repairs_;
   WrittenCells written_;
-  PackingState kept_;  ///< with cells of this rank, in any order, until they are needed
-  bool delivered_ = false;
-  bool begun_ = false;    ///< there was a relaxation
-  bool over_ = false;     ///< jammed, or a limit was reached
-  bool leftOut_ = false;  ///< cells were removed so that none of the others fails
-  PackingResult result_;
+  std::optional<PackingState> kept_;  ///< with cells of this rank, in any order, until they are needed
+  Statistics statistics_;
 };
 
 }  // namespace packmesh

@@ -29,7 +29,7 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   const Communicator& ranks = problem.execution.communicator;
   if (problem.checkpoints && problem.checkpoints->due)
     control.atPolls = [&] {
-      if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
+      if (all.hasBegun() && ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
     };
   stopAfter(timeWithSearch);
   Densest densest = findDensest(problem, control, [&](std::int64_t sweeps) {
@@ -44,7 +44,7 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   const bool keepsOwn =
       ((problem.engine && problem.engine->canExceedTrials()) || !densest.packing) && all.leaveOutFailing();
   if (densest.packing &&
-      !(keepsOwn && all.certificate().cellVolume >= densest.packing->certificate.cellVolume))
+      !(keepsOwn && all.certifiedCells()->certificate.cellVolume >= densest.packing->certificate.cellVolume))
     all.take(*densest.packing);
   return densest;
 }
@@ -66,7 +66,7 @@ PackingResult pack(const PackingProblem& problem) {
     packed = fewer.whole;
   }
   const bool keepsFewer = problem.execution.limits.fewerCells && problem.checkpoints &&
-                          problem.checkpoints->endsWithFewer && all.hasDelivered();
+                          problem.checkpoints->endsWithFewer && all.certifiedCells();
   if (problem.checkpoints) {
     if (!control.interrupted() && (packed || keepsFewer)) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.kept());

@@ -15,10 +15,12 @@ TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as o
           "[blood]") {
   const Problem problem = planned({"--cylinder", "x", "8", "30", "--ends", "periodic", "--rbc", "2"});
   const Vec3 middle = problem.lumen.container->bounds().center();
-  std::vector<Pose> there(2);
-  there[0].position = middle + Vec3(-11, 5, 0);
-  there[0].orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
-  there[1].position = middle + Vec3(5, 0, -2);
+  std::vector<Cell> there(2);
+  there[1].id = 1;
+  there[1].shape = 3;
+  there[0].pose.position = middle + Vec3(-11, 5, 0);
+  there[0].pose.orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  there[1].pose.position = middle + Vec3(5, 0, -2);
   const auto radial = [&](const Pose& pose) {
     Vec3 from = pose.position - middle;
     from.x() = 0.0;
@@ -26,9 +28,10 @@ TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as o
   };
   std::vector<int> like(2, 0);
   double lowest = 30.0, highest = 0.0;
-  for (const LikeCell& cell : likeThoseThere(problem, there, 200, 0)) {
-    const Pose& first = there[cell.like];
-    ++like[cell.like];
+  for (const Cell& cell : addLike(there, 200, problem, 0)) {
+    const Pose& first = there[cell.id].pose;
+    ++like[cell.id];
+    CHECK(cell.shape == there[cell.id].shape);
     CHECK(radial(cell.pose).norm() == Approx(radial(first).norm()).margin(0.25));
     lowest = std::min(lowest, cell.pose.position.x());
     highest = std::max(highest, cell.pose.position.x());
@@ -47,5 +50,5 @@ TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as o
 
 TEST_CASE("Without a wall nothing says where cells of blood are added", "[blood]") {
   const Problem problem = planned({"20", "30", "10", "--ends", "periodic", "--rbc", "2"});
-  CHECK(likeThoseThere(problem, std::vector<Pose>(3), 10, 0).empty());
+  CHECK(addLike(std::vector<Cell>(3), 10, problem, 0).empty());
 }
