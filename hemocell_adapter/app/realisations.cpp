@@ -8,8 +8,8 @@
 
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/python_command.h"
 #include "hemocell_adapter/output/realisation_table.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/io/atomic_files.h"

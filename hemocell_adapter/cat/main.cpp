@@ -10,7 +10,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/output/python_command.h"
+#include "hemocell_adapter/base/python_command.h"
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/core/error.h"

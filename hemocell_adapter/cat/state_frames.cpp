@@ -8,9 +8,9 @@
 
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/cat/cat.h"
-#include "hemocell_adapter/output/python_command.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/packing/packing_file.h"

@@ -9,9 +9,9 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/packing_tables.h"
-#include "hemocell_adapter/output/python_command.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/output/shared_files.h"
 

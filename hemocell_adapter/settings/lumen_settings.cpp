@@ -65,7 +65,9 @@ std::vector<Setting> lumenSettings() {
                 commandLineSolid(s, SolidRequest::Kind::sphere, "sphere").radius = real(v[0]);
               })
           .statesKey("container"),
-      setting("vessel", {file(), meshScale()}, "any watertight mesh; coordinates times factor are in µm",
+      setting("vessel", {file(), meshScale()},
+              "a watertight mesh (.stl, .off, .ply, .obj; by the Python package .vtp, .vtu, .vtk, .msh); "
+              "coordinates times factor are in µm",
               setVessel)
           .statesKey("container"),
       setting("open-axis", {axis}, "axis along which the --vessel is open (flat caps at both ends)",

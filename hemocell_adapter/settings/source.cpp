@@ -5,7 +5,11 @@
 
 #include <algorithm>
 
+#include "hemocell_adapter/base/interruption.h"
+#include "hemocell_adapter/base/python_command.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/input_file.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/mesh/coordinate_limit.h"
 #include "packMesh/mesh/merge_vertices.h"
 #include "packMesh/mesh/mesh_file.h"
@@ -99,6 +103,28 @@ void add(std::vector<double>& values, const Vec3& v) {
   values.insert(values.end(), {v[0], v[1], v[2]});
 }
 
+/// Of the formats that the Python package reads (python/packmesh/surface.py).
+bool isReadByPython(const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  return ending == ".vtp" || ending == ".vtu" || ending == ".vtk" || ending == ".msh";
+}
+
+TriangleMesh meshByPython(const std::filesystem::path& file) {
+  requireFile(file, "a mesh file");
+  recordInput(file);
+  const CommandEnd end = runPackmesh({"surface", "--", file.string()}, interrupted);
+  poll();  // ends the run if it is to end
+  using End = CommandEnd::Kind;
+  if (end.kind == End::unusable)
+    throw InputError(
+        fmt::format("{}: meshes in this format are read by the Python package packmesh, which {}; "
+                    "install that, or convert the surface to STL",
+                    file.string(), end.message));
+  if (end.kind == End::refused) throw InputError(end.message);
+  if (end.kind != End::done) throw InputError(fmt::format("{}: packmesh: {}", file.string(), end.message));
+  return meshInOff(fmt::format("{}\n", fmt::join(end.lines, "\n")), file);
+}
+
 }  // namespace
 
 const StateTable* Given::find(const std::string& name) const {
@@ -113,7 +139,8 @@ bool isState(const Source& source) {
 }
 
 TriangleMesh meshFrom(const Source& source, std::vector<std::string>* notes) {
-  if (!source.given) return readMesh(source.file, notes);
+  if (!source.given)
+    return isReadByPython(source.file) ? meshByPython(source.file) : readMesh(source.file, notes);
   TriangleMesh mesh = meshOf(*source.given, "vertices", "triangles");
   mergeEqualVertices(mesh);
   return mesh;

@@ -21,11 +21,12 @@ std::string kindOf(const std::filesystem::path& file) {
   if (ending == ".stl" || ending == ".off" || ending == ".ply" || ending == ".obj") return ending.substr(1);
   for (const char* const other : {".vtp", ".vtu", ".vtk", ".msh", ".3mf", ".glb", ".gltf"})
     if (ending == other)
-      throw InputError(file.string() +
-                       ": expected a mesh file ending in .stl, .off, .ply or .obj; convert the surface to "
-                       "STL, for example with 'meshio convert " +
-                       file.filename().string() + " " + file.stem().string() +
-                       ".stl' or in ParaView (Extract Surface, Save Data). A centre line is no surface");
+      throw InputError(
+          file.string() +
+          ": expected a mesh file ending in .stl, .off, .ply or .obj; convert the surface to "
+          "STL, for example in ParaView (Extract Surface, Save Data), or .vtp, .vtu, .vtk and .msh with "
+          "'packmesh surface " +
+          file.filename().string() + " " + file.stem().string() + ".off'. A centre line is no surface");
   throw InputError(file.string() + ": expected a mesh file ending in .stl, .off, .ply or .obj, found " +
                    (ending.empty() ? "no extension" : "'" + ending + "'"));
 }
@@ -42,9 +43,7 @@ std::string meshIn(const std::filesystem::path& file) {
   return content;
 }
 
-PolygonSoup readSoup(const std::filesystem::path& file) {
-  const std::string kind = kindOf(file);
-  const std::string content = meshIn(file);
+PolygonSoup soupIn(const std::string& content, const std::string& kind, const std::filesystem::path& file) {
   const auto read = kind == "stl" ? readStl : kind == "off" ? readOff : kind == "ply" ? readPly : readObj;
   PolygonSoup soup = read(content, file);
   const int first = kind == "obj";  // vertex numbers in faces start from this
@@ -85,12 +84,7 @@ void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std
     out.push_back({corner[apex], corner[(apex + k) % n], corner[(apex + k + 1) % n]});
 }
 
-}  // namespace
-
-TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string>* notes) {
-  PolygonSoup soup = readSoup(file);
-  if (notes)
-    for (const std::string& note : soup.notes) notes->push_back(file.string() + ": " + note);
+TriangleMesh meshOf(PolygonSoup soup, const std::filesystem::path& file) {
   if (soup.ends.empty()) throw InputError(file.string() + ": expected triangles, found none");
   for (std::size_t v = 0; v < soup.vertices.size(); ++v)
     if (const std::string fault = coordinateFault(soup.vertices[v]); !fault.empty())
@@ -108,6 +102,20 @@ TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string
     first = end;
   }
   return mesh;
+}
+
+}  // namespace
+
+TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string>* notes) {
+  const std::string kind = kindOf(file);
+  PolygonSoup soup = soupIn(meshIn(file), kind, file);
+  if (notes)
+    for (const std::string& note : soup.notes) notes->push_back(file.string() + ": " + note);
+  return meshOf(std::move(soup), file);
+}
+
+TriangleMesh meshInOff(const std::string& content, const std::filesystem::path& file) {
+  return meshOf(soupIn(content, "off", file), file);
 }
 
 }  // namespace packmesh

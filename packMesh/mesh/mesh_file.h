@@ -21,4 +21,7 @@ namespace packmesh {
 ///   unknown format, truncated, malformed, without triangles, or has coordinates that are not finite
 TriangleMesh readMesh(const std::filesystem::path& file, std::vector<std::string>* notes = nullptr);
 
+/// The same of a text in OFF format that something else has made of `file`.
+TriangleMesh meshInOff(const std::string& content, const std::filesystem::path& file);
+
 }  // namespace packmesh

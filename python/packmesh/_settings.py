@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _packmesh
+from . import _packmesh, surface
 from ._values import ByValue
 from .cells import CellPacking, Cells
 from .errors import InputError, MissingFileError, warn_of_repair
@@ -242,7 +242,10 @@ class Asked:
     def _mesh(self, argument: str, of: str, source: MeshSource) -> Any:
         if isinstance(source, (str, os.PathLike)):
             where = f'species["{of}"].mesh' if argument == "species" else f"{argument}[{of}]" if of else argument
-            return existing(file_name(where, source), where)
+            path = existing(file_name(where, source), where)
+            if not path.endswith(surface.ENDINGS):
+                return path
+            return _packmesh.Numbers(argument, of, list(zip(("vertices", "triangles"), surface.mesh_of(path))))
         return numbers_of_mesh(argument, of, source)
 
     def _body(self, argument: str, of: str, body: Body) -> Dict[str, Any]:

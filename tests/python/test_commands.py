@@ -33,6 +33,12 @@ def alone(tmp_path):
     return run
 
 
+def test_meshes_of_other_programs_need_it(alone, tmp_path):
+    (tmp_path / "work/vein.vtu").write_text("text")
+    done = alone("--vessel", "vein.vtu", "1", "--rbc", "2")
+    assert done.returncode == 2 and "vein.vtu: meshes in this format are read by the Python package packmesh, which is not installed" in done.stderr
+
+
 def stand_in(folder, text):
     """A command packmesh in a folder of its own. Returns the folder"""
     folder.mkdir()

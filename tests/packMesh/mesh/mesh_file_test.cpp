@@ -198,7 +198,8 @@ TEST_CASE("readMesh reads what other readers read, and says what is odd", "[io]"
       Contains("git lfs pull"));
   CHECK_THAT(messageOf(folder.write("h.off", "OFF\n3 1 0\n0,5 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
              Contains("decimal point"));
-  CHECK_THAT(messageOf(folder.write("vein.vtp", "<VTKFile/>")), Contains("meshio convert vein.vtp vein.stl"));
+  CHECK_THAT(messageOf(folder.write("vein.vtp", "<VTKFile/>")),
+             Contains("packmesh surface vein.vtp vein.off"));
 }
 
 TEST_CASE("readMesh merges equal vertices in the order of their first occurrence", "[io]") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/output/python_command.h"
+#include "hemocell_adapter/base/python_command.h"
 
 #include <fmt/format.h>
 #include <poll.h>
