@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <unordered_map>
@@ -15,16 +16,24 @@
 namespace packmesh {
 namespace {
 
-/// Longest edge of the smallest parts [half thicknesses of the cell], and number of parts above which the
-/// space is given up.
-constexpr double finest = 1.0;
-constexpr std::int64_t mostParts = 2000000;
+/// Longest edge of the smallest parts [half thicknesses of the cell]; for small cells in large lumens,
+/// longer, up to this edge [µm], so that as many of them would not be more than so many.
+constexpr double finest = 1.0, finestOfSmall = 1.2, mostOfSmall = 500000.0;
+
+/// Parts beside others in which a cell fits, at the rim of the space, are small enough at this multiple of
+/// that edge.
+constexpr double finestAtRim = 2.5;
+
+/// Parts are divided no further where there would be more; those that are this much longer than the smallest
+/// should be tell no more where a cell fits.
+constexpr std::int64_t mostParts = 3000000;
+constexpr double coarsest = 2.5;
 
 /// The same for points [µm].
 constexpr double finestOfPoints = 0.4;
 
 /// Cells of the grid by which components are found, at most.
-constexpr double mostGridCells = 4e6;
+constexpr double mostGridCells = 1.5e6;
 
 /// Parts that a thread examines at once.
 constexpr std::int64_t partsAtOnce = 64;
@@ -36,8 +45,20 @@ constexpr int orientationsTried = 32;
 /// Points of the surface that are tested: those farthest apart.
 constexpr int pointsTested = 48;
 
-/// Orientations of parts other than one of those tried.
-constexpr std::int16_t anyOrientation = -1, nowhere = -2, undecided = -3;
+/// A cell fits nowhere with a centre that is less deep than this [half thicknesses of the cell].
+constexpr double leastDepth = 0.8;
+
+/// Orientations of parts other than one of those tried, whose numbers precede that along the wall: what fits
+/// at the centre of a part at the rim is tried in the end.
+constexpr std::int16_t alongWall = orientationsTried, anyOrientation = -1, nowhere = -2, undecided = -3,
+                       atRim = -4;
+
+/// The axis along which a shape is thinnest.
+Vec3 thinAxis(const Shape& shape) {
+  int thinnest = 0;
+  shape.bound().semiAxes.minCoeff(&thinnest);
+  return Vec3::Unit(thinnest);
+}
 
 /// Axes evenly spread over a half-sphere, each with another rotation about it.
 std::vector<Quaternion> spreadOrientations(const std::optional<AxisCone>& cone) {
@@ -53,8 +74,8 @@ std::vector<Quaternion> spreadOrientations(const std::optional<AxisCone>& cone) 
   return orientations;
 }
 
-/// Appends the parts of a part, whose edges become as equal as halving can make them.
-void divide(const AccessibleSpace::Part& part, std::vector<AccessibleSpace::Part>& into) {
+/// The parts of a part, whose edges become as equal as halving can make them; the last ones may be nowhere.
+std::array<AccessibleSpace::Part, 8> divided(const AccessibleSpace::Part& part) {
   const float longest = part.half.maxCoeff();
   std::array<int, 3> steps;
   AccessibleSpace::Part child = part;
@@ -62,6 +83,9 @@ void divide(const AccessibleSpace::Part& part, std::vector<AccessibleSpace::Part
     steps[k] = part.half[k] > 0.7f * longest ? 2 : 1;
     if (steps[k] == 2) child.half[k] *= 0.5f;
   }
+  std::array<AccessibleSpace::Part, 8> children;
+  children.fill({part.centre, part.half, nowhere});
+  auto next = children.begin();
   for (int z = 0; z < steps[2]; ++z)
     for (int y = 0; y < steps[1]; ++y)
       for (int x = 0; x < steps[0]; ++x) {
@@ -69,8 +93,9 @@ void divide(const AccessibleSpace::Part& part, std::vector<AccessibleSpace::Part
         child.centre = part.centre;
         for (int k = 0; k < 3; ++k)
           if (steps[k] == 2) child.centre[k] += (2.0 * at[k] - 1.0) * double(child.half[k]);
-        into.push_back(child);
+        *next++ = child;
       }
+  return children;
 }
 
 }  // namespace
@@ -81,7 +106,8 @@ class CellFit {
   CellFit(const Physics& physics, int s)
       : radius(physics.shapeOf(physics.species[s]).radius()),
         thin(physics.shapeOf(physics.species[s]).bound().semiAxes.minCoeff()),
-        longestEdge(finest * thin),
+        longestEdge(std::max(finest * thin,
+                             std::min(finestOfSmall, std::cbrt(physics.container->volume() / mostOfSmall)))),
         freedom_(physics.species[s].freedom),
         clearance_(physics.wallClearanceOf(s)),
         bounds_(physics.container->bounds()),
@@ -89,6 +115,7 @@ class CellFit {
         exact_(*physics.wallOf(s)),
         wall_(exact_.coarselySampled(physics.surroundings())),
         points_(spreadPoints(physics.shapeOf(physics.species[s]).mesh(), pointsTested)),
+        thinAxis_(thinAxis(physics.shapeOf(physics.species[s]))),
         orientations_(physics.rotate ? spreadOrientations(freedom_.cone)
                                      : std::vector<Quaternion>{Quaternion::Identity()}) {
     if (freedom_.freeLayer) layer_ = &freedom_.freeLayer->wall->coarselySampled(physics.surroundings());
@@ -105,12 +132,19 @@ class CellFit {
         exact_(*container.wall()),
         wall_(exact_.coarselySampled(container.surroundings(0.0))),
         points_(1, Vec3::Zero()),
+        thinAxis_(Vec3::UnitY()),
         orientations_(1, Quaternion::Identity()) {}
 
   const double radius, thin;  ///< of the cell [µm]
   const double longestEdge;   ///< of the smallest parts [µm]
 
-  const std::vector<Quaternion>& orientations() const { return orientations_; }
+  /// The orientation of this number at a place.
+  Quaternion orientation(std::int16_t number, const Vec3& centre) const {
+    if (number != alongWall) return orientations_[number];
+    if (orientations_.size() == 1) return orientations_.front();
+    const Quaternion along = Quaternion::FromTwoVectors(thinAxis_, sample(centre).gradient);
+    return freedom_.cone ? freedom_.cone->nearest(along) : along;
+  }
 
   /// The image of a point in the bounds.
   Vec3 within(Vec3 p) const {
@@ -118,12 +152,17 @@ class CellFit {
       if (period_[k] > 0.0) p[k] -= period_[k] * std::floor((p[k] - bounds_.lo[k]) / period_[k]);
     return p;
   }
-  /// Depth of a point in the space that membranes may be in [µm].
-  double depth(const Vec3& p) const {
+  /// Depth of a point in the space that membranes may be in [µm], with its gradient.
+  DistanceSample sample(const Vec3& p) const {
     const Vec3 at = within(p);
-    const double depth = wall_.sample(at).distance - clearance_;
-    return layer_ ? std::min(depth, layer_->sample(at).distance - freedom_.freeLayer->thickness) : depth;
+    DistanceSample depth = wall_.sample(at);
+    depth.distance -= clearance_;
+    if (!layer_) return depth;
+    DistanceSample inner = layer_->sample(at);
+    inner.distance -= freedom_.freeLayer->thickness;
+    return inner.distance < depth.distance ? inner : depth;
   }
+  double depth(const Vec3& p) const { return sample(p).distance; }
   /// The same at the centre of a part with this reach, without samples if it is large: those far from walls
   /// are dear [µm].
   double depthOf(const Vec3& p, double reach) const {
@@ -139,15 +178,21 @@ class CellFit {
     return freedom_.region ? freedom_.region->distance(p).distance : std::numeric_limits<double>::infinity();
   }
 
-  bool fits(const Vec3& centre, const Quaternion& orientation) const {
+  /// @param least depth of its points [µm]
+  bool fits(const Vec3& centre, const Quaternion& orientation, double least = 0.0) const {
     const Mat3 turn = orientation.toRotationMatrix();
     return std::all_of(points_.begin(), points_.end(),
-                       [&](const Vec3& point) { return depth(centre + turn * point) >= 0.0; });
+                       [&](const Vec3& point) { return depth(centre + turn * point) >= least; });
   }
-  /// The first orientation in which it fits, and with its centre in the region; `nowhere`: none.
-  std::int16_t orientationAt(const Vec3& centre) const {
-    if (depthInRegion(centre) < 0.0 || depth(centre) < 0.0) return nowhere;
-    for (std::size_t i = 0; i < orientations_.size(); ++i)
+  bool fitsAlongWall(const Vec3& centre, double least = 0.0) const {
+    return fits(centre, orientation(alongWall, centre), least);
+  }
+  /// An orientation in which it fits, and with its centre in the region; `nowhere`: none.
+  /// @param rim tries that along the wall alone
+  std::int16_t orientationAt(const Vec3& centre, bool rim = false) const {
+    if (depthInRegion(centre) < 0.0 || depth(centre) < leastDepth * thin) return nowhere;
+    if (fitsAlongWall(centre)) return alongWall;
+    for (std::size_t i = 0; i < orientations_.size() && !rim; ++i)
       if (fits(centre, orientations_[i])) return std::int16_t(i);
     return nowhere;
   }
@@ -163,6 +208,7 @@ class CellFit {
   const SampledDistance& wall_;
   const SampledDistance* layer_ = nullptr;
   std::vector<Vec3> points_;
+  Vec3 thinAxis_;
   std::vector<Quaternion> orientations_;
 };
 
@@ -183,44 +229,75 @@ AccessibleSpace::AccessibleSpace(const Container& container, const Threads& thre
 
 void AccessibleSpace::find(const Box& room, const Threads& threads) {
   if (room.empty()) return;
-  /// Whether a cell fits nowhere or anywhere in a part, as far as the depth of its centre tells.
+  /// Whether a cell fits nowhere or anywhere in a part, as far as the part's centre tells.
   const auto examined = [&](const Part& part) {
     const double reach = double(part.half.norm()), inRegion = fit_->depthInRegion(part.centre);
     if (inRegion + reach < 0.0) return nowhere;
     const double depth = fit_->depthOf(part.centre, reach);
     if (depth + reach < fit_->thin) return nowhere;
-    return depth - reach >= fit_->radius && inRegion >= reach ? anyOrientation : undecided;
+    if (inRegion < reach) return undecided;
+    if (depth - reach >= fit_->radius) return anyOrientation;
+    return depth - reach >= leastDepth * fit_->thin && reach <= fit_->radius &&
+                   fit_->fitsAlongWall(part.centre, reach)
+               ? alongWall
+               : undecided;
   };
-  std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, divided;
-  const auto forEach = [&](const auto& decide) {
+  const auto edge = [](const Part& part) { return 2.0 * double(part.half.maxCoeff()); };
+  const auto childrenOf = [&](const Part& part) {
+    std::array<Part, 8> children = divided(part);
+    bool fitsInOne = false;
+    for (Part& child : children) {
+      if (child.orientation == undecided) child.orientation = examined(child);
+      fitsInOne = fitsInOne || child.orientation >= anyOrientation;
+    }
+    for (Part& child : children)
+      if (fitsInOne && child.orientation == undecided && edge(child) <= finestAtRim * fit_->longestEdge)
+        child.orientation = atRim;
+    return children;
+  };
+  std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, next;
+  std::vector<std::size_t> open;
+  std::vector<std::array<Part, 8>> children;
+  while (complete_) {
+    open.clear();
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (parts[i].orientation == undecided && edge(parts[i]) > fit_->longestEdge) open.push_back(i);
+    if (open.empty()) break;
+    if (parts.size() + 7 * open.size() > mostParts) {
+      complete_ = std::all_of(open.begin(), open.end(),
+                              [&](std::size_t i) { return edge(parts[i]) <= coarsest * fit_->longestEdge; });
+      break;
+    }
+    children.resize(open.size());
+    threads.forEachPart(
+        std::int64_t(open.size()),
+        [&](std::int64_t begin, std::int64_t end, int) {
+          for (std::int64_t i = begin; i < end; ++i) children[i] = childrenOf(parts[open[i]]);
+        },
+        partsAtOnce);
+    next.clear();
+    std::size_t from = 0;
+    for (std::size_t i = 0; i < open.size(); from = open[i++] + 1) {
+      next.insert(next.end(), parts.begin() + std::ptrdiff_t(from), parts.begin() + std::ptrdiff_t(open[i]));
+      std::copy_if(children[i].begin(), children[i].end(), std::back_inserter(next),
+                   [](const Part& part) { return part.orientation != nowhere; });
+    }
+    next.insert(next.end(), parts.begin() + std::ptrdiff_t(from), parts.end());
+    parts.swap(next);
+  }
+  if (complete_) {
     threads.forEachPart(
         std::int64_t(parts.size()),
         [&](std::int64_t begin, std::int64_t end, int) {
           for (std::int64_t i = begin; i < end; ++i)
-            if (parts[i].orientation == undecided) parts[i].orientation = decide(parts[i]);
+            if (parts[i].orientation < anyOrientation)
+              parts[i].orientation = fit_->orientationAt(parts[i].centre, parts[i].orientation == atRim);
         },
         partsAtOnce);
     parts.erase(
         std::remove_if(parts.begin(), parts.end(), [](const Part& p) { return p.orientation == nowhere; }),
         parts.end());
-  };
-  while (true) {
-    forEach(examined);
-    const auto isLarge = [&](const Part& part) {
-      return part.orientation == undecided && 2.0 * double(part.half.maxCoeff()) > fit_->longestEdge;
-    };
-    const std::int64_t large = std::count_if(parts.begin(), parts.end(), isLarge);
-    complete_ = 8 * large <= mostParts;
-    if (large == 0 || !complete_) break;
-    divided.clear();
-    for (const Part& part : parts)
-      if (isLarge(part))
-        divide(part, divided);
-      else
-        divided.push_back(part);
-    parts.swap(divided);
   }
-  forEach([&](const Part& part) { return fit_->orientationAt(part.centre); });
   parts_ = std::move(parts);
   double sum = 0.0;
   for (const Part& part : parts_) ends_.push_back(sum += part.volume());
@@ -229,17 +306,11 @@ void AccessibleSpace::find(const Box& room, const Threads& threads) {
 AccessibleSpace::~AccessibleSpace() = default;
 
 std::vector<double> AccessibleSpace::apart() const {
-  // On a grid as fine as the smallest boxes, unless that has too many cells.
-  Box box;
-  Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
-  for (const Part& part : parts_) {
-    least = least.cwiseMin(part.half);
-    box.add(part.centre - part.half.cast<double>());
-    box.add(part.centre + part.half.cast<double>());
-  }
+  // On a grid about as fine as the smallest boxes, unless that has too many cells.
   if (parts_.empty()) return {};
-  Vec3 edge = 2.0 * least.cast<double>();
-  edge *= std::max(1.0, std::cbrt(volume() / edge.prod() / mostGridCells));
+  Box box;
+  for (const Part& part : parts_) box.add(part.centre - part.half.cast<double>());
+  const Vec3 edge = Vec3::Constant(std::max(double(fit_->longestEdge), std::cbrt(volume() / mostGridCells)));
   const auto cellOf = [&](const Vec3& p) { return gridIndex(p - box.lo, edge); };
   JoinedSets joined(parts_.size());
   struct Occupied {
@@ -280,7 +351,7 @@ std::optional<Pose> AccessibleSpace::fitting(const Vec3& centre, const Quaternio
   if (fit_->fits(centre, wanted)) return Pose{1.0, wanted, centre};
   const std::int16_t orientation = fit_->orientationAt(centre);
   if (orientation == nowhere) return {};
-  return Pose{1.0, fit_->orientations()[orientation], centre};
+  return Pose{1.0, fit_->orientation(orientation, centre), centre};
 }
 
 Pose AccessibleSpace::pose(double at, const std::array<double, 4>& within, const Quaternion& wanted) const {
@@ -293,8 +364,15 @@ Pose AccessibleSpace::pose(double at, const std::array<double, 4>& within, const
   if (part.orientation == anyOrientation) return pose;
   if (fit_->depthInRegion(pose.position) < 0.0) pose.position = part.centre;
   if (fit_->fits(pose.position, wanted)) return pose;
-  pose.orientation = fit_->orientations()[part.orientation];
-  if (!fit_->fits(pose.position, pose.orientation)) pose.position = part.centre;
+  if (part.orientation < anyOrientation) {
+    const std::int16_t orientation = fit_->orientationAt(pose.position);
+    if (orientation != nowhere) pose.orientation = fit_->orientation(orientation, pose.position);
+    return pose;
+  }
+  pose.orientation = fit_->orientation(part.orientation, pose.position);
+  if (fit_->fits(pose.position, pose.orientation)) return pose;
+  pose.position = part.centre;
+  pose.orientation = fit_->orientation(part.orientation, part.centre);
   return pose;
 }
 
@@ -306,7 +384,7 @@ const AccessibleSpace* AccessibleSpaces::of(int species) {
   if (!wall || wall->closedForm()) return nullptr;
   std::unique_ptr<const AccessibleSpace>& space = made_[species];
   if (!space) space = std::make_unique<const AccessibleSpace>(physics_, species, threads_);
-  return space->complete() && space->volume() > 0.0 ? space.get() : nullptr;
+  return space->volume() > 0.0 ? space.get() : nullptr;
 }
 
 }  // namespace packmesh

@@ -26,7 +26,7 @@ class AccessibleSpace {
   struct Part {
     Vec3 centre;
     Eigen::Vector3f half;      ///< of its edges
-    std::int16_t orientation;  ///< one in which the cell fits at the centre; -1: any
+    std::int16_t orientation;  ///< one in which the cell fits at the centre; negative: any, or not complete()
 
     double volume() const { return 8.0 * half.cast<double>().prod(); }  ///< [µm³]
   };
@@ -40,8 +40,8 @@ class AccessibleSpace {
 
   /// Successive parts are near each other.
   const std::vector<Part>& parts() const { return parts_; }
-  /// Whether the parts are as small as they should be; false: the lumen is too large, and the space of no
-  /// use.
+  /// Whether cells fit in all parts; false: the lumen is so large that parts are too coarse to tell, and
+  /// cells may fit in some of them.
   bool complete() const { return complete_; }
   double volume() const { return ends_.empty() ? 0.0 : ends_.back(); }  ///< [µm³]
 
@@ -52,8 +52,9 @@ class AccessibleSpace {
   /// A cell that fits with this centre, in this orientation or one of those tried; empty: none.
   std::optional<Pose> fitting(const Vec3& centre, const Quaternion& wanted) const;
 
-  /// A pose of a cell that fits: its centre uniform over the space for a uniform number `at`, and near others
-  /// for similar ones; its orientation as given where that fits. Pre: volume() > 0
+  /// A pose of a cell that fits (or, if not complete(), may fit): its centre uniform over the space for a
+  /// uniform number `at`, and near others for similar ones; its orientation as given where that fits.
+  /// Pre: volume() > 0
   /// @param within three uniform numbers, for the place within a part
   Pose pose(double at, const std::array<double, 4>& within, const Quaternion& wanted) const;
 
@@ -72,8 +73,8 @@ class AccessibleSpaces {
   /// References `physics`, which must outlive it.
   AccessibleSpaces(const Physics& physics, const Threads& threads);
 
-  /// nullptr: the species has no wall, or one in closed form, or has no space at all, or too large a one. Not
-  /// from within a loop of threads.
+  /// nullptr: the species has no wall, or one in closed form, or has no space at all. Not from within a loop
+  /// of threads.
   const AccessibleSpace* of(int species);
 
  private:

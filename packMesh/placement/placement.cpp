@@ -20,8 +20,8 @@ constexpr std::uint32_t tries = 2000;
 constexpr double sparse = 0.2;
 
 /// Poses that are drawn from the accessible space until one does not meet the wall: only thin plates are
-/// overlooked.
-constexpr std::uint32_t drawn = 12;
+/// overlooked, unless the space is incomplete.
+constexpr std::uint32_t drawn = 12, drawnFromIncomplete = 100;
 
 /// Cells between two polls: a fraction of a second even if all tries fail.
 constexpr std::int64_t betweenPolls = 100;
@@ -100,7 +100,8 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
       pose = *fit;
       if (!meetsWall(pose)) return;
     }
-    for (std::uint32_t attempt = evenTries; attempt < evenTries + drawn; ++attempt) {
+    const std::uint32_t last = evenTries + (space->complete() ? drawn : drawnFromIncomplete);
+    for (std::uint32_t attempt = evenTries; attempt < last; ++attempt) {
       const auto begin = uniform4(physics.seed, RandomStream::begin, 1, attempt);
       pose = space->pose(evenShare(begin[0], id), uniform4(physics.seed, RandomStream::position, id, attempt),
                          wish);

@@ -98,6 +98,14 @@ TEST_CASE("Chambers between which no cell can pass are apart", "[placement]") {
   CHECK(left == Approx(count / 2).margin(10));
 }
 
+TEST_CASE("In a lumen too large for its space, cells begin where they may fit", "[placement]") {
+  const Physics physics = test::physicsOf({test::sphereShape(0.03)}, tube(6.0));
+  const AccessibleSpace space(physics, 0, Threads(2));
+  REQUIRE_FALSE(space.complete());
+  for (const Pose& pose : placeRandomly(physics, {}, 0, 0, 0, 200, &space))
+    CHECK_FALSE(meetsWall(physics, pose));
+}
+
 TEST_CASE("The space does not depend on the number of threads", "[placement]") {
   const Physics physics = test::physicsOf({test::redCellShape()}, test::twoChambers());
   const AccessibleSpace one(physics, 0, {}), three(physics, 0, Threads(3));
