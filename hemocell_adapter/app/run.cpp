@@ -190,7 +190,10 @@ RunEnd packOnce(const CompletedRequest& completed, const OutputRequest& output, 
   }
   for (const std::string& line : headLines(*problem)) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", session.timer().cpu()));
-  if (!request.dryRun) return packAndWrite(session, problem, output);
+  if (!request.dryRun) {
+    for (const std::string& line : reachLines(*problem)) log::info(line);
+    return packAndWrite(session, problem, output);
+  }
   return {tellForecast(*problem), {}};
 }
 

@@ -44,7 +44,8 @@ std::shared_ptr<const Container> ownBody(const Request& request, Lumen& lumen) {
         fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
                     solid.kind == SolidRequest::Kind::mesh ? " (openAxis, " + named("open-axis") + ")" : ""));
   }
-  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.repairs, request.capOpenings);
+  std::shared_ptr<const Container> body =
+      makeSolid(solid, periodic, lumen.repairs, request.capOpenings, request.dx);
   if (solid.kind == SolidRequest::Kind::mesh) {
     const Vec3 size = body->bounds().size();
     if (const std::string hint = unitHint(size.maxCoeff(), solid.scale, smallestVessel, largestVessel);

@@ -91,17 +91,13 @@ std::string leftOut(const Problem& problem) {
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-/// How much of the lumen all cells fill, and in how much of it they can be if that is less.
-std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
+/// How much of the lumen these species can reach, where that is less than all of it.
+std::vector<std::string> speciesLines(const Problem& problem, LumenSample& sample, bool redCellsAlone) {
   constexpr double worthTelling = 0.995;
-  std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
-                                  forecast.cells == 1 ? "" : "s", forecast.fraction);
-  if (forecast.effectiveFraction < 1.0)
-    cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
-  std::vector<std::string> lines = {cells};
+  std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
-    if (species.count == 0) continue;
+    if (species.count == 0 || (redCellsAlone && !species.redCell)) continue;
     const Room& room = sample.room(int(s));
     if (room.share < worthTelling) {
       std::string line =
@@ -124,6 +120,17 @@ std::vector<std::string> roomLines(const Problem& problem, const Forecast& forec
   return lines;
 }
 
+/// How much of the lumen all cells fill, and in how much of it they can be if that is less.
+std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
+  std::string cells = fmt::format("{} cell{} with {:.4f} of the lumen's volume", forecast.cells,
+                                  forecast.cells == 1 ? "" : "s", forecast.fraction);
+  if (forecast.effectiveFraction < 1.0)
+    cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
+  std::vector<std::string> lines = speciesLines(problem, sample, false);
+  lines.insert(lines.begin(), cells);
+  return lines;
+}
+
 /// Why the cells cannot be packed by any method; nothing if this is not known.
 std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
@@ -137,6 +144,26 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
       return fmt::format("not even one {} fits into the lumen", species.name);
   }
   return {};
+}
+
+/// Whether the cells can be packed.
+std::string verdict(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
+  if (never) return fmt::format("Infeasible: {}", *never);
+  if (f.effectiveFraction <= Forecast::easy)
+    return fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
+                       Forecast::easy);
+  if (f.effectiveFraction <= Forecast::possible)
+    return fmt::format(
+        "At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
+            named("max-time") + " and " + named("best-effort") + " limit the effort{}",
+        Forecast::easy, Forecast::possible, columnsInstead(problem));
+  return fmt::format(
+      "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
+          named("best-effort") + " give the densest packing found{}",
+      f.effectiveFraction < 1.0
+          ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
+          : fmt::format("far above {:.2f}", Forecast::possible),
+      columnsInstead(problem));
 }
 
 }  // namespace
@@ -182,6 +209,16 @@ std::string roomText(const Problem& problem, const Forecast& forecast, LumenSamp
   return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast, sample), ". "));
 }
 
+std::vector<std::string> reachLines(const Problem& problem) {
+  const Wall* const wall = problem.lumen.container->wall();
+  if (!wall || wall->closedForm()) return {};
+  LumenSample sample(problem);
+  const Forecast forecast = forecastOf(problem, sample);
+  std::vector<std::string> lines = speciesLines(problem, sample, true);
+  lines.push_back(verdict(problem, forecast, impossible(problem, forecast, sample)));
+  return lines;
+}
+
 ForecastText forecastText(const Problem& problem, int ranks) {
   LumenSample sample(problem);
   const Forecast f = forecastOf(problem, sample);
@@ -191,26 +228,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
         "In columns: the feasible fraction depends on the box, up to 0.65 at 50 µm, less in small ones. The "
         "figures below are for random packings");
   const std::optional<std::string> never = impossible(problem, f, sample);
-  if (never)
-    lines.push_back(fmt::format("Infeasible: {}", *never));
-  else if (f.effectiveFraction <= Forecast::easy)
-    lines.push_back(fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
-                                Forecast::easy));
-  else if (f.effectiveFraction <= Forecast::possible)
-    lines.push_back(
-        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
-                        named("max-time") + " and " + named("best-effort") + " limit the effort{}",
-                    Forecast::easy, Forecast::possible, columnsInstead(problem)));
-  else
-    lines.push_back(fmt::format(
-        "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
-            named("best-effort") +
-            " give the "
-            "densest packing found{}",
-        f.effectiveFraction < 1.0
-            ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
-            : fmt::format("far above {:.2f}", Forecast::possible),
-        columnsInstead(problem)));
+  lines.push_back(verdict(problem, f, never));
   if (problem.request.method == Method::cat)
     lines.push_back("Time: unknown for " + named("method", "cat") +
                     ", which takes 4 to 50 times as long as the default method");

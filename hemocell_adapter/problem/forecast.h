@@ -40,6 +40,10 @@ inline Forecast forecastOf(const Problem& problem) {
 /// "The request: 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
 std::string roomText(const Problem& problem, const Forecast& forecast, LumenSample& sample);
 
+/// What the first lines of a run say of a vessel or of fluid nodes: how much of it red cells can reach, and
+/// whether that is enough. Nothing for shapes in closed form.
+std::vector<std::string> reachLines(const Problem& problem);
+
 /// What `--dry-run` prints.
 struct ForecastText {
   std::vector<std::string> lines;

@@ -7,6 +7,8 @@
 
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/hemocell/voxel_lumen.h"
+#include "hemocell_adapter/problem/box_lumen.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
@@ -21,8 +23,8 @@ VesselMesh readVessel(const Source& file, bool capOpenings, double flatness,
                       std::vector<std::string>& repairs) {
   VesselMesh mesh;
   mesh.asRead = mesh.closed = meshFrom(file, &repairs);
-  for (std::string& repair :
-       repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
+  for (std::string& repair : repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr,
+                                          flatness, &mesh.crossing))
     repairs.push_back(std::move(repair));
   return mesh;
 }
@@ -43,8 +45,29 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
 
 namespace {
 
+/// The nodes in a surface that intersects itself, in the coordinate system of .pos files, as HemoCell fills
+/// it: a node is in it if a ray from there crosses it an odd number of times.
+std::shared_ptr<const Container> nodesIn(const TriangleMesh& surface, double dx) {
+  const Box bounds = boundingBox(surface);
+  if (!(bounds.lo.minCoeff() >= 0.0))
+    throw InputError(fmt::format(
+        "its lumen is that of HemoCell's nodes, which begin at 0, and the surface begins at ({:.6g}, {:.6g}, "
+        "{:.6g}) µm; move it by the attribute offset of <mesh>, or join its parts (Boolean union) in a mesh "
+        "editor",
+        bounds.lo.x(), bounds.lo.y(), bounds.lo.z()));
+  TriangleMesh inNodes = surface;
+  for (Vec3& v : inNodes.vertices) v /= dx;
+  const Vec3 count = (bounds.hi / dx).array().ceil() + 1.0;
+  auto lattice = std::make_shared<Lattice>(checkedNodes(count, "a surface that intersects itself"), dx);
+  const auto [nx, ny, nz] = lattice->nodes();
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j) lattice->setFluid(0, nx - 1, j, k, false);
+  fillInside(*lattice, inNodes);
+  return makeVoxelLumen(lattice, {false, false, false});
+}
+
 std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                        std::vector<std::string>& repairs, bool capOpenings) {
+                                        std::vector<std::string>& repairs, bool capOpenings, double nodes) {
   switch (solid.kind) {
     case SolidRequest::Kind::box:
       return makeBox({solid.origin, solid.origin + solid.size}, periodic);
@@ -73,6 +96,15 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
                     solid.file.string(), solid.scale, reach, specs::largestLength,
                     unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel)));
   }
+  if (!vessel.crossing.empty()) {
+    const std::string what = solid.file.string() + ": " + vessel.crossing;
+    if (nodes == 0.0 || solid.openAxis)
+      throw MeshError(what + "; join the parts (Boolean union) or remesh them in a mesh editor" +
+                      (nodes > 0.0 ? "; without open ends, HemoCell's nodes in it can be packed" : ""));
+    std::shared_ptr<const Container> body = located(what, [&] { return nodesIn(mesh, nodes); });
+    repairs.push_back(solid.file.string() + ": " + crossingText(vessel.crossing, mesh, *body, nodes));
+    return body;
+  }
   std::optional<VesselEnds> ends;
   if (solid.openAxis) {
     ends.emplace();
@@ -86,10 +118,20 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
 
 }  // namespace
 
+std::string crossingText(const std::string& crossing, const TriangleMesh& surface, const Container& nodes,
+                         double dx) {
+  return fmt::format(
+      "{}; the lumen consists of HemoCell's fluid nodes at dx {:.6g} µm, {:.6g} µm³, without what an even "
+      "number of parts have in common; the surfaces enclose {:.6g} µm³, what they have in common counted for "
+      "each. Join the parts (Boolean union) in a mesh editor to fill all of them",
+      crossing, dx, nodes.volume(), signedVolume(surface));
+}
+
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& repairs, bool capOpenings) {
-  if (solid.file.given) return bodyOf(solid, periodic, repairs, capOpenings);  // which messages name
-  return located(solid.where, [&] { return bodyOf(solid, periodic, repairs, capOpenings); });
+                                           std::vector<std::string>& repairs, bool capOpenings,
+                                           double nodes) {
+  if (solid.file.given) return bodyOf(solid, periodic, repairs, capOpenings, nodes);  // which messages name
+  return located(solid.where, [&] { return bodyOf(solid, periodic, repairs, capOpenings, nodes); });
 }
 
 }  // namespace packmesh::hemocell

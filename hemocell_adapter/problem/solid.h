@@ -21,6 +21,7 @@ inline constexpr double vesselDetail = 0.5;
 struct VesselMesh {
   TriangleMesh closed, asRead;          ///< in the unit of the file; asRead: without repairs
   std::vector<CappedOpening> openings;  ///< that are closed
+  std::string crossing;                 ///< where the surface intersects itself; empty: nowhere
 };
 
 /// What was repaired is added to `repairs`.
@@ -34,10 +35,18 @@ VesselMesh readVessel(const Source& file, bool capOpenings, double flatness,
 std::string cappedText(const std::filesystem::path& file, const std::vector<CappedOpening>& openings,
                        double unit);
 
+/// What is said of a surface that intersects itself, whose lumen is that of the fluid nodes.
+/// @param surface [µm]
+std::string crossingText(const std::string& crossing, const TriangleMesh& surface, const Container& nodes,
+                         double dx);
+
 /// A body as a separate container.
 /// @param periodic axes along which it is periodic
 /// @param capOpenings close flat openings of a mesh
+/// @param nodes spacing of the nodes that are the body if its surface intersects itself [µm]; 0: such bodies
+/// are errors
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& repairs, bool capOpenings = false);
+                                           std::vector<std::string>& repairs, bool capOpenings = false,
+                                           double nodes = 0.0);
 
 }  // namespace packmesh::hemocell

@@ -16,15 +16,22 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// A vessel whose surface has no recognisable open ends: the nodes that HemoCell makes fluid.
+/// A vessel whose surface has no recognisable open ends, or intersects itself: the nodes that HemoCell makes
+/// fluid.
+/// @param crossing where it intersects itself
 /// @param lumen with its notices
-Lumen voxelLumen(VesselOnLattice vessel, bool periodic, Lumen lumen) {
+Lumen voxelLumen(VesselOnLattice vessel, const std::string& crossing, bool periodic, Lumen lumen) {
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
   lumen.container = makeVoxelLumen(lumen.lattice, {periodic, false, false});
-  lumen.note = fmt::format(
-      "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
-      "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
-      signedVolume(vessel.surface));
+  if (crossing.empty()) {
+    lumen.note = fmt::format(
+        "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
+        "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
+        signedVolume(vessel.surface));
+  } else {
+    lumen.note = "the lumen consists of HemoCell's fluid nodes, and the hematocrit refers to their volume";
+    lumen.notices.push_back(crossingText(crossing, vessel.surface, *lumen.container, lumen.lattice->dx()));
+  }
   lumen.periodic = periodic;
   lumen.acceptedOnly = true;
   return lumen;
@@ -42,6 +49,11 @@ void requireGeometry(const Domain& domain) {
         "lists all elements",
         domain.geometryWhere, domain.geometry->string()));
   }
+}
+
+void requireSimple(const VesselMesh& stl, const std::string& where) {
+  if (!stl.crossing.empty())
+    throw InputError(fmt::format("{}: {}; a pre-inlet needs one that does not", where, stl.crossing));
 }
 
 }  // namespace
@@ -73,6 +85,7 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
   if (preInlet) {
+    requireSimple(stl, where);
     ends.axis = preInlet->axis;
     PreInlet inlet =
         located(where, [&] { return makePreInlet(vessel, *preInlet, *simulation.preInletLength); });
@@ -88,8 +101,9 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
     vessel.surface = std::move(inlet.surface);
     vessel.lattice = std::move(inlet.lattice);
   }
-  if (!preInlet && !hasFlatEnds(vessel.surface, ends.axis))
-    return voxelLumen(std::move(vessel), request.periodicEnds.value_or(false), std::move(lumen));
+  if (!preInlet && (!stl.crossing.empty() || !hasFlatEnds(vessel.surface, ends.axis)))
+    return voxelLumen(std::move(vessel), stl.crossing.empty() ? "" : where + ": " + stl.crossing,
+                      request.periodicEnds.value_or(false), std::move(lumen));
   ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
   ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
   ends.periodic = request.periodicEnds.value_or(false);

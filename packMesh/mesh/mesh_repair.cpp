@@ -327,8 +327,10 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
     }
 }
 
-/// Rejects a surface all of whose vertices are in a plane: a cap alone, or what lost a coordinate.
+/// Rejects a surface without triangles, or all of whose vertices are in a plane: a cap alone, or what lost a
+/// coordinate.
 void refuseFlat(const TriangleMesh& mesh, const std::string& name) {
+  if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
   const double size = boundingBox(mesh).size().norm();
   Vec3 normal = Vec3::Zero();
   double largest = 0.0;
@@ -373,8 +375,9 @@ void refuseFaults(const TriangleMesh& mesh, const EdgeFaults& faults, const std:
 }
 
 /// Removes flat triangles with rounded corners if they cross their neighbours. @return their number
-/// @throws MeshError if the surface intersects itself otherwise
-std::size_t removeSlivers(TriangleMesh& mesh, const std::string& name) {
+/// @param crossing if not null, where the surface intersects itself otherwise
+/// @throws MeshError if it is null and the surface does, or if there is a triangle without area
+std::size_t removeSlivers(TriangleMesh& mesh, const std::string& name, std::string* crossing) {
   const std::optional<TrianglePair> pair = findSelfIntersection(mesh);
   if (!pair) return 0;
   TriangleMesh mended = mesh;
@@ -388,15 +391,19 @@ std::size_t removeSlivers(TriangleMesh& mesh, const std::string& name) {
   };
   if (pair->first == pair->second)
     throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
-  throw MeshError(name + ": the surface intersects itself: the triangles at " + toText(middle(pair->first)) +
-                  " and " + toText(middle(pair->second)) +
-                  " intersect; join the parts (Boolean union) or remesh them in a mesh editor");
+  const std::string where = "the surface intersects itself: the triangles at " + toText(middle(pair->first)) +
+                            " and " + toText(middle(pair->second)) + " intersect";
+  if (!crossing)
+    throw MeshError(name + ": " + where + "; join the parts (Boolean union) or remesh them in a mesh editor");
+  *crossing = where;
+  return 0;
 }
 
 }  // namespace
 
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
-                                      std::vector<CappedOpening>* capped, double flatness) {
+                                      std::vector<CappedOpening>* capped, double flatness,
+                                      std::string* crossing) {
   checkInput(mesh, name);
   poll();
   std::vector<std::string> repairs;
@@ -407,7 +414,6 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
 
   note(mergeEqualVertices(mesh), "merged", "duplicate vertex", "duplicate vertices");
   note(removeCollapsed(mesh), "removed", "collapsed triangle", "collapsed triangles");
-  if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
   refuseFlat(mesh, name);
   note(removeCoincident(mesh), "removed", "triangle that coincided with another",
        "triangles that coincided with others");
@@ -450,7 +456,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   touching += moveApart(mesh);
   note(touching, "moved parts of the surface apart that touched in", "vertex", "vertices");
   note(removeFlatTriangles(mesh), "repaired", "triangle without area", "triangles without area");
-  note(removeSlivers(mesh, name), "repaired", "sliver", "slivers");
+  note(removeSlivers(mesh, name, crossing), "repaired", "sliver", "slivers");
   note(orientComponents(mesh, component, name), "flipped", "surface that was inside out",
        "surfaces that were inside out");
   return repairs;

@@ -22,10 +22,12 @@ namespace packmesh {
 /// @throws MeshError with `name` and the position: no triangles, open edges (number and first one),
 /// edges with an odd number of triangles, non-finite coordinates, a vertex far from all others, zero volume,
 /// self-intersection
+/// @param crossing if not null, a surface that intersects itself is accepted, and where it does is told here
 /// @param capped if not null, openings that are flat, up to `flatness` (a fraction of the mesh's diagonal),
 /// are closed as well (flat_openings.h), and added here
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
                                       std::vector<CappedOpening>* capped = nullptr,
-                                      double flatness = tolerance::flatCapFraction);
+                                      double flatness = tolerance::flatCapFraction,
+                                      std::string* crossing = nullptr);
 
 }  // namespace packmesh

@@ -28,8 +28,9 @@ constexpr std::int64_t fewestParts = 1, mostParts = 2;
 constexpr std::int64_t sweepsOfFewCells = 3000000;
 
 /// Where cells are relocated: sweeps of a trial in addition to those of its parts, the share of the cells
-/// that are added at once to a packing at first, and how often a single one is tried.
-constexpr std::int64_t relocationSweeps = 1500, firstShare = 8, mostFailures = 2;
+/// that are added at once to a packing at first, and how often a single one is tried: with other places each
+/// time, more often where cells are so few that this is quick.
+constexpr std::int64_t relocationSweeps = 1500, firstShare = 8, fewestFailures = 2, mostFailures = 10;
 
 class Search {
  public:
@@ -114,7 +115,7 @@ class Search {
   /// place.
   void fillUp() {
     std::int64_t step = std::max<std::int64_t>(1, packed_ / firstShare);
-    for (std::int64_t failures = 0; failures < mostFailures && goesOn();) {
+    for (std::int64_t failures = 0; failures < failuresPermitted() && goesOn();) {
       std::int64_t next = packed_ + step;
       while (next < topRung && cellsAt(next) == cellsAt(packed_)) ++next;
       if (cellsAt(next) == cellsAt(packed_)) return;
@@ -197,6 +198,11 @@ class Search {
       else
         species.start.push_back(pose);
     }
+  }
+
+  std::int64_t failuresPermitted() const {
+    const std::int64_t cells = std::max<std::int64_t>(1, cellsAt(packed_));
+    return std::clamp(sweepsOfFewCells / (sweepsOfTrial() * cells), fewestFailures, mostFailures);
   }
 
   std::int64_t sweepsOfTrial() const { return sweepsOfRelax(parts_) + (relocates_ ? relocationSweeps : 0); }

@@ -24,9 +24,8 @@ constexpr double finest = 1.0, finestOfSmall = 1.2, mostOfSmall = 500000.0;
 /// that edge.
 constexpr double finestAtRim = 2.5;
 
-/// Parts are divided no further where there would be more; those that are this much longer than the smallest
-/// should be tell no more where a cell fits.
-constexpr std::int64_t mostParts = 3000000;
+/// Where parts had to be divided further but are too many, those longer than this multiple of the smallest
+/// tell no more where a cell fits.
 constexpr double coarsest = 2.5;
 
 /// The same for points [µm].
@@ -108,6 +107,7 @@ class CellFit {
         thin(physics.shapeOf(physics.species[s]).bound().semiAxes.minCoeff()),
         longestEdge(std::max(finest * thin,
                              std::min(finestOfSmall, std::cbrt(physics.container->volume() / mostOfSmall)))),
+        edgeAtRim(finestAtRim * longestEdge),
         freedom_(physics.species[s].freedom),
         clearance_(physics.wallClearanceOf(s)),
         bounds_(physics.container->bounds()),
@@ -126,6 +126,7 @@ class CellFit {
       : radius(0.0),
         thin(0.0),
         longestEdge(finestOfPoints),
+        edgeAtRim(0.0),
         clearance_(0.0),
         bounds_(container.bounds()),
         period_(container.period()),
@@ -135,8 +136,8 @@ class CellFit {
         thinAxis_(Vec3::UnitY()),
         orientations_(1, Quaternion::Identity()) {}
 
-  const double radius, thin;  ///< of the cell [µm]
-  const double longestEdge;   ///< of the smallest parts [µm]
+  const double radius, thin;            ///< of the cell [µm]
+  const double longestEdge, edgeAtRim;  ///< of the smallest parts [µm]
 
   /// The orientation of this number at a place.
   Quaternion orientation(std::int16_t number, const Vec3& centre) const {
@@ -197,8 +198,34 @@ class CellFit {
     return nowhere;
   }
 
+  /// The parts of a part, with what their centres tell.
+  std::array<AccessibleSpace::Part, 8> examinedParts(const AccessibleSpace::Part& part) const {
+    std::array<AccessibleSpace::Part, 8> children = divided(part);
+    bool fitsInOne = false;
+    for (AccessibleSpace::Part& child : children) {
+      if (child.orientation == undecided) child.orientation = examined(child);
+      fitsInOne = fitsInOne || child.orientation >= anyOrientation;
+    }
+    for (AccessibleSpace::Part& child : children)
+      if (fitsInOne && child.orientation == undecided && 2.0 * double(child.half.maxCoeff()) <= edgeAtRim)
+        child.orientation = atRim;
+    return children;
+  }
+
  private:
   static constexpr double farReach = 2.0;  ///< [spacings of the samples]
+
+  /// Whether a cell fits nowhere or anywhere in a part, as far as the part's centre tells.
+  std::int16_t examined(const AccessibleSpace::Part& part) const {
+    const double reach = double(part.half.norm()), inRegion = depthInRegion(part.centre);
+    if (inRegion + reach < 0.0) return nowhere;
+    const double depth = depthOf(part.centre, reach);
+    if (depth + reach < thin) return nowhere;
+    if (inRegion < reach) return undecided;
+    if (depth - reach >= radius) return anyOrientation;
+    const bool tries = depth - reach >= leastDepth * thin && reach <= radius;
+    return tries && fitsAlongWall(part.centre, reach) ? alongWall : undecided;
+  }
 
   Freedom freedom_;
   double clearance_;  ///< [µm]
@@ -212,49 +239,25 @@ class CellFit {
   std::vector<Quaternion> orientations_;
 };
 
-AccessibleSpace::AccessibleSpace(const Physics& physics, int species, const Threads& threads)
+AccessibleSpace::AccessibleSpace(const Physics& physics, int species, const Threads& threads,
+                                 std::size_t mostParts)
     : fit_(std::make_unique<CellFit>(physics, species)) {
   Box room = physics.container->bounds();
   if (const auto& region = physics.species[species].freedom.region) {
     room.lo = room.lo.cwiseMax(region->bounds().lo);
     room.hi = room.hi.cwiseMin(region->bounds().hi);
   }
-  find(room, threads);
+  find(room, threads, mostParts);
 }
 
 AccessibleSpace::AccessibleSpace(const Container& container, const Threads& threads)
     : fit_(std::make_unique<CellFit>(container)) {
-  find(container.bounds(), threads);
+  find(container.bounds(), threads, mostPartsOfSpace);
 }
 
-void AccessibleSpace::find(const Box& room, const Threads& threads) {
+void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t mostParts) {
   if (room.empty()) return;
-  /// Whether a cell fits nowhere or anywhere in a part, as far as the part's centre tells.
-  const auto examined = [&](const Part& part) {
-    const double reach = double(part.half.norm()), inRegion = fit_->depthInRegion(part.centre);
-    if (inRegion + reach < 0.0) return nowhere;
-    const double depth = fit_->depthOf(part.centre, reach);
-    if (depth + reach < fit_->thin) return nowhere;
-    if (inRegion < reach) return undecided;
-    if (depth - reach >= fit_->radius) return anyOrientation;
-    return depth - reach >= leastDepth * fit_->thin && reach <= fit_->radius &&
-                   fit_->fitsAlongWall(part.centre, reach)
-               ? alongWall
-               : undecided;
-  };
   const auto edge = [](const Part& part) { return 2.0 * double(part.half.maxCoeff()); };
-  const auto childrenOf = [&](const Part& part) {
-    std::array<Part, 8> children = divided(part);
-    bool fitsInOne = false;
-    for (Part& child : children) {
-      if (child.orientation == undecided) child.orientation = examined(child);
-      fitsInOne = fitsInOne || child.orientation >= anyOrientation;
-    }
-    for (Part& child : children)
-      if (fitsInOne && child.orientation == undecided && edge(child) <= finestAtRim * fit_->longestEdge)
-        child.orientation = atRim;
-    return children;
-  };
   std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, next;
   std::vector<std::size_t> open;
   std::vector<std::array<Part, 8>> children;
@@ -272,7 +275,7 @@ void AccessibleSpace::find(const Box& room, const Threads& threads) {
     threads.forEachPart(
         std::int64_t(open.size()),
         [&](std::int64_t begin, std::int64_t end, int) {
-          for (std::int64_t i = begin; i < end; ++i) children[i] = childrenOf(parts[open[i]]);
+          for (std::int64_t i = begin; i < end; ++i) children[i] = fit_->examinedParts(parts[open[i]]);
         },
         partsAtOnce);
     next.clear();

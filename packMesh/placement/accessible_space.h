@@ -22,6 +22,8 @@ class CellFit;
 /// physics alone. Immutable; threads can share it.
 class AccessibleSpace {
  public:
+  static constexpr std::size_t mostPartsOfSpace = 3000000;
+
   /// A box of the space [µm].
   struct Part {
     Vec3 centre;
@@ -33,7 +35,9 @@ class AccessibleSpace {
 
   /// Within the freedom of the species, that is, its region, cone, cell-free layer and clearance of its own.
   /// References `physics`, which must outlive it. Pre: the species has a wall
-  AccessibleSpace(const Physics& physics, int species, const Threads& threads);
+  /// @param mostParts above which they are divided no further
+  AccessibleSpace(const Physics& physics, int species, const Threads& threads,
+                  std::size_t mostParts = mostPartsOfSpace);
   /// Where points of a lumen are. Pre: it has a wall, and outlives this
   AccessibleSpace(const Container& container, const Threads& threads);
   ~AccessibleSpace();
@@ -59,7 +63,7 @@ class AccessibleSpace {
   Pose pose(double at, const std::array<double, 4>& within, const Quaternion& wanted) const;
 
  private:
-  void find(const Box& room, const Threads& threads);
+  void find(const Box& room, const Threads& threads, std::size_t mostParts);
 
   std::unique_ptr<const CellFit> fit_;
   std::vector<Part> parts_;

@@ -168,3 +168,47 @@ TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks", 
     CHECK((here == files));
   }
 }
+
+TEST_CASE("Surfaces that cross themselves are packed in the nodes that HemoCell makes fluid",
+          "[executable][vessel]") {
+  const auto joined = [](TriangleMesh mesh, const TriangleMesh& other, const Vec3& shift) {
+    const int first = int(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const Triangle& t : other.triangles)
+      mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    for (Vec3& v : mesh.vertices) v += shift;
+    return mesh;
+  };
+  const TriangleMesh along = tubeAround({{0, 0, 0}, {40, 0, 0}}, 6);
+  const Vec3 positive(2.0, 22.0, 8.0);
+  struct Shape {
+    const char* name;
+    TriangleMesh mesh;
+  };
+  for (const Shape& shape :
+       {Shape{"two that cross", joined(along, tubeAround({{20, -20, 0}, {20, 20, 0}}, 5), positive)},
+        Shape{"one that begins in the other",
+              joined(along, tubeAround({{20, 0, 0}, {20, 20, 0}}, 5), positive)}}) {
+    CAPTURE(shape.name);
+    const VesselCase folder(shape.mesh);
+    for (const std::string lumen : {"config.xml", "--vessel vessel.stl 1"}) {
+      CAPTURE(lumen);
+      const Ran packed = run(
+          folder.path(), lumen + " --hematocrit 0.15 --plt_ratio 0.1 --clearance 0.02 --wall-clearance 0.1");
+      INFO(packed.all());
+      CHECK(packed.exitCode == 0);
+      CHECK_THAT(packed.err, Contains("the surface intersects itself: the triangles at (") &&
+                                 Contains("the lumen consists of HemoCell's fluid nodes at dx 0.5 µm, "));
+      CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("Certificate: clean"));
+      CHECK(cellsIn(folder.path() / "RBC.pos") > 5);
+      const Ran checked = run(folder.path(), "check " + lumen + " --clearance 0.02 --wall-clearance 0.1");
+      INFO(checked.all());
+      CHECK(checked.exitCode == 0);
+    }
+  }
+  const VesselCase negative(joined(along, tubeAround({{20, -20, 0}, {20, 20, 0}}, 5), Vec3::Zero()));
+  const Ran refused = run(negative.path(), "--vessel vessel.stl 1 --hematocrit 0.15");
+  CHECK(refused.exitCode == 2);
+  CHECK_THAT(refused.err,
+             Contains("HemoCell's nodes, which begin at 0, and the surface begins at (0, -20, -6) µm"));
+}

@@ -123,7 +123,14 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {h + " --flat-openings refuse", 2, "not closed: it has 3 open edges",
        file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
       {h + " --flat-openings maybe", 1, "expected cap or refuse"},
-      {h, 2, "tube.stl: the surface intersects itself", file("tube.stl", spikedTubeStl())},
+      {h, 2, "tube.stl: the surface intersects itself",
+       [](const fs::path& folder) {
+         writeText(folder / "tube.stl", spikedTubeStl());
+         writeText(folder / "config.xml",
+                   configXml("<dx>5e-7</dx><nx>40</nx><ny>40</ny><nz>40</nz>",
+                             "<packing><walls>xyz</walls><region hematocrit=\"0.1\"><mesh file=\"tube.stl\" "
+                             "scale=\"4\"/></region></packing>"));
+       }},
       {h, 2, "tube.stl: all triangles of the mesh are collapsed", file("tube.stl", tubeStl(0, 0, 48))},
       {h + " --ends periodic", 2, "<geometry>: tube.stl: the two ends",
        file("tube.stl", tubeStl(2.4, 0.75, 48, false, 1.1))},

@@ -130,3 +130,41 @@ TEST_CASE("A few cells may keep less than the clearances where that is permitted
   CHECK(result.certificate.minimumWallGap > 0.0);
   CHECK(result.certificate.minimumWallGap < 1.2);
 }
+
+TEST_CASE("What is packed with one seed is packed with every seed, and so is less of it", "[relocation]") {
+  const auto tapered = [](double length, auto radius) {
+    return makeVessel(sample::tube(
+                          0.0, length, 61, 32, [](double) { return Vec3::Zero().eval(); }, radius),
+                      {}, 0.25);
+  };
+  const std::vector<std::pair<const char*, std::shared_ptr<const Container>>> lumens = {
+      {"chambers", test::twoChambers()},
+      {"tapered", tapered(40.0, [](double x) { return 7.0 - 4.5 * x / 40.0; })},
+      {"throat",
+       tapered(40.0, [](double x) { return 6.0 - 3.5 * std::exp(-std::pow((x - 20.0) / 6.0, 2)); })}};
+  const std::vector<std::uint64_t> seeds = {1, 2, 3};
+  for (const auto& [name, lumen] : lumens) {
+    PackingProblem problem;
+    problem.physics = test::physicsOf({test::redCellShape()}, lumen);
+    problem.physics.clearance = 0.05;
+    problem.physics.wallClearance = 0.25;
+    problem.execution.limits.maxSweeps = 20000;
+    const auto packs = [&](std::int64_t cells, std::uint64_t seed) {
+      problem.physics.species[0].count = cells;
+      problem.physics.seed = seed;
+      const PackingResult result = pack(problem);
+      return result.outcome == Outcome::certified;
+    };
+    const double one = test::redCellShape()->volume();
+    std::vector<std::pair<std::int64_t, std::int64_t>> packed;  // cells, seeds that pack them
+    for (const double hematocrit : {0.10, 0.20, 0.25, 0.30, 0.35}) {
+      const auto cells = std::int64_t(hematocrit * lumen->volume() / one);
+      packed.emplace_back(cells, std::count_if(seeds.begin(), seeds.end(),
+                                               [&](std::uint64_t seed) { return packs(cells, seed); }));
+    }
+    CAPTURE(name, packed);
+    CHECK(packed.front().second == std::int64_t(seeds.size()));
+    for (std::size_t i = 1; i < packed.size(); ++i)
+      if (packed[i].second > 0) CHECK(packed[i - 1].second == std::int64_t(seeds.size()));
+  }
+}

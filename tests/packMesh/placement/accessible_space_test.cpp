@@ -99,8 +99,8 @@ TEST_CASE("Chambers between which no cell can pass are apart", "[placement]") {
 }
 
 TEST_CASE("In a lumen too large for its space, cells begin where they may fit", "[placement]") {
-  const Physics physics = test::physicsOf({test::sphereShape(0.03)}, tube(6.0));
-  const AccessibleSpace space(physics, 0, Threads(2));
+  const Physics physics = test::physicsOf({test::redCellShape()}, tube(6.0));
+  const AccessibleSpace space(physics, 0, Threads(2), 100);
   REQUIRE_FALSE(space.complete());
   for (const Pose& pose : placeRandomly(physics, {}, 0, 0, 0, 200, &space))
     CHECK_FALSE(meetsWall(physics, pose));
