@@ -11,7 +11,7 @@ namespace {
 constexpr float facing = 0.25f;
 constexpr float tiny = 1e-20f;  // [µm⁴] far below rounding: keeps what collapses from dividing by 0
 constexpr float leastParallel = 1e-12f;  // [µm⁴] of parallel edges: below rounding, any point will do
-constexpr float leastGap = 4e-6f;  // [µm] rounding of positions and distances
+constexpr float leastGap = 4e-6f;        // [µm] rounding of positions and distances
 
 static_assert(sizeof(VertexFours) == 4 * laneCount * sizeof(std::int16_t));
 

@@ -52,7 +52,7 @@ struct Crowd {
 TEST_CASE("no step lets membranes meet, whatever the forces", "[soft]") {
   const Crowd crowd;
   SoftSettings wild;
-  wild.swelling = 0.02;    // faster than the membranes can follow
+  wild.swelling = 0.02;  // faster than the membranes can follow
   wild.stiffness = 0.5;  // so weak that membranes are pressed together
   wild.mostCompressed = 1.0;
   SoftCells cells = crowd.cells(wild);
