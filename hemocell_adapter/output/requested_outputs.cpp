@@ -6,11 +6,11 @@
 #include <string>
 #include <system_error>
 
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
 namespace {
