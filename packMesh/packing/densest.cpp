@@ -29,7 +29,7 @@ constexpr std::int64_t sweepsOfFewCells = 3000000;
 
 /// Where cells are relocated: sweeps of a trial in addition to those of its parts, the share of the cells
 /// that are added at once to a packing at first, and how often a single one is tried: with other places each
-/// time, more often where cells are so few that this is quick.
+/// time, more often where cells are so few that this is quick, if enough of them may give way.
 constexpr std::int64_t relocationSweeps = 1500, firstShare = 8, fewestFailures = 2, mostFailures = 10;
 
 class Search {
@@ -84,6 +84,12 @@ class Search {
   std::int64_t cellsAt(std::int64_t rungs) const {
     std::int64_t cells = 0;
     for (const std::int64_t count : countsAt(rungs)) cells += count;
+    return cells;
+  }
+  std::int64_t movableCellsAt(std::int64_t rungs) const {
+    std::int64_t cells = cellsAt(rungs);
+    for (const Species& species : problem_.physics.species)
+      if (species.freedom.fixed) cells -= species.count;
     return cells;
   }
 
@@ -202,7 +208,8 @@ class Search {
 
   std::int64_t failuresPermitted() const {
     const std::int64_t cells = std::max<std::int64_t>(1, cellsAt(packed_));
-    return std::clamp(sweepsOfFewCells / (sweepsOfTrial() * cells), fewestFailures, mostFailures);
+    const std::int64_t most = std::clamp(movableCellsAt(packed_), fewestFailures, mostFailures);
+    return std::clamp(sweepsOfFewCells / (sweepsOfTrial() * cells), fewestFailures, most);
   }
 
   std::int64_t sweepsOfTrial() const { return sweepsOfRelax(parts_) + (relocates_ ? relocationSweeps : 0); }

@@ -163,7 +163,7 @@ void cross(hemo::HemoCell& hemocell) {
     hemo::HemoCellParticleField& block = fields.immersedParticles->getComponent(id);
     for (const auto& numbered : block.get_particles_per_cell()) {
       const std::vector<int>& at = numbered.second;
-      if (std::count(at.begin(), at.end(), -1) > 0 || block.particles[at[0]].sv.cellId != 0) continue;
+      if (std::count(at.begin(), at.end(), -1) > 0 || fields.base_cell_id(numbered.first) != 0) continue;
       for (int k = 0; k < 3; ++k) {
         double middle = 0.0;
         for (const int i : at) middle += block.particles[i].sv.position[k] / double(at.size());

@@ -48,18 +48,22 @@ inline std::vector<std::int64_t> verticesOf(hemo::HemoCell& hemocell) {
 /// Stops unless HemoCell has every vertex of every cell.
 inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int64_t>& counts) {
   const std::vector<std::int64_t> vertices = verticesOf(hemocell);
-  std::string missing;
+  std::string missing, doubled;
   for (std::size_t t = 0; t < counts.size(); ++t) {
     hemo::HemoCellField& field = *(*hemocell.cellfields)[static_cast<unsigned int>(t)];
     const std::int64_t lost = counts[t] * field.numVertex - vertices[t];
-    if (lost == 0) continue;
+    if (lost < 0) doubled += (doubled.empty() ? "" : ", ") + std::to_string(-lost) + " of " + field.name;
+    if (lost <= 0) continue;
     missing += (missing.empty() ? "" : ", ") +
                std::to_string((lost + field.numVertex - 1) / field.numVertex) + " of " +
                std::to_string(counts[t]) + " " + field.name;
   }
-  if (missing.empty()) return;
   const std::string when =
       hemocell.iter == 0 ? "" : "before the end of iteration " + std::to_string(hemocell.iter) + " ";
+  if (missing.empty() && !doubled.empty())
+    stop(70, "HemoCell has more vertices " + when + "than were packed: " + doubled +
+                 ". Do atomic blocks disagree on where a vertex is?");
+  if (missing.empty()) return;
   stop(70,
        "HemoCell deleted cells " + when + "that were packed: " + missing +
            ". Is <particleEnvelope> longer than the cells, and no atomic block smaller than it? Was there a "
