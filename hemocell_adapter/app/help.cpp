@@ -207,10 +207,28 @@ std::string referenceText() {
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
   addAttributes(speciesAttributes());
   out +=
-      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with its "
-      "own\n"
-      "hematocrit, at least 0. The centres of its red cells, of all species, stay in it. A point belongs to\n"
-      "the first region that contains it; <hematocrit> is that of the rest.\n";
+      "\n<region> with one body inside (as in <container>, or one of the two below): a part of the lumen "
+      "with\n"
+      "red cells of its own. Their centres stay in it. A point belongs to the first region that contains "
+      "it;\n"
+      "<hematocrit> is that of the rest. Attributes\n";
+  addAttributes(regionAttributes());
+  out +=
+      "Beside the body there may be any number of <species .../>: cells that are in the region beside those\n"
+      "of the lumen; with the attributes\n";
+  addAttributes(regionSpeciesAttributes());
+  const auto addBodies = [&](bool ofRegions) {
+    for (const SolidTag& tag : solidTags()) {
+      if (tag.ofRegions != ofRegions) continue;
+      out += fmt::format("<{} .../>\n", tag.name);
+      addAttributes(tag.attributes);
+    }
+  };
+  out +=
+      "<halfSpace> is all of the lumen beyond a plane; <beyond> is what is connected with the far side of "
+      "the\n"
+      "section of the lumen through a point, for example a branch.\n";
+  addBodies(true);
   out += fmt::format("\n<{} .../>: parameters of <method> cat </method>, with the attributes\n", catTag);
   addAttributes(catParameters());
   out +=
@@ -218,10 +236,7 @@ std::string referenceText() {
       "one of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they\n"
       "may overlap), then <nodes> nx ny nz </nodes>, the size of the lattice, if <domain> does not define\n"
       "it.\n";
-  for (const SolidTag& tag : solidTags()) {
-    out += fmt::format("<{} .../>\n", tag.name);
-    addAttributes(tag.attributes);
-  }
+  addBodies(false);
   return out;
 }
 

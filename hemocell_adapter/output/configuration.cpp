@@ -26,6 +26,12 @@ Report solidOf(const SolidRequest& solid) {
   return body;
 }
 
+Report regionOf(const RegionRequest& region) {
+  Report all = jsonOf(region);
+  all["body"] = solidOf(region.body);
+  return all;
+}
+
 Report containerOf(const Request& request) {
   if (!request.container) return nullptr;
   Report container;
@@ -81,8 +87,7 @@ Report configurationOf(const Problem& problem, const OutputRequest& output, cons
     for (const NodeRange& range : problem.preInlet->ranges) all["preInletRange"].push_back(toString(range));
   }
   all["regions"] = Report::array();
-  for (const RegionRequest& region : request.regions)
-    all["regions"].push_back({{"hematocrit", region.hematocrit}, {"body", solidOf(region.body)}});
+  for (const RegionRequest& region : request.regions) all["regions"].push_back(regionOf(region));
   all["fixed"] = filesOf(problem, &CellSpecies::fixedFrom);
   all["start"] = filesOf(problem, &CellSpecies::startFrom);
   all["dx"] = request.dx;

@@ -14,6 +14,12 @@
 namespace packmesh::hemocell {
 
 std::string requestText(const CellSpecies& species) {
+  if (species.ofRegions > 0) {
+    CellSpecies ofLumen = species;
+    ofLumen.ofRegions = 0;
+    const bool none = species.statedCount && *species.statedCount == 0;
+    return none ? "in regions" : fmt::format("{}, {} in regions", requestText(ofLumen), species.ofRegions);
+  }
   if (species.statedCount) return fmt::format("{} requested", *species.statedCount);
   if (species.ratio)
     return fmt::format("{:.6g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
@@ -101,6 +107,17 @@ std::string closerText(const Certificate& certificate) {
                      certificate.closer == 1 ? " keeps" : "s keep");
 }
 
+/// What is asked for in a region.
+std::string regionText(const LumenRegion& region, bool dividesRedCells) {
+  std::string text = region.name;
+  if (region.count) text = fmt::format("Red cells of {}: {}", region.name, *region.count);
+  if (dividesRedCells && region.hematocrit)
+    text = fmt::format("Hematocrit of {}: {:.15g}", region.name, *region.hematocrit);
+  for (const RegionSpecies& one : region.species)
+    text += fmt::format(", {} {} of its own", one.count, one.name);
+  return text;
+}
+
 }  // namespace
 
 std::string reachedText(const Packing& packing) {
@@ -132,7 +149,13 @@ std::vector<std::string> regionLines(const Packing& packing) {
   const std::vector<std::int64_t>& counts = packing.partCounts;
   std::vector<std::string> lines;
   const double reference = problem.referenceVolume();
-  for (std::size_t r = 0; r < problem.layout.regions.size(); ++r) {
+  if (problem.layout.regions.empty()) return lines;
+  const bool divides = problem.layout.dividesRedCells();
+  for (std::size_t p = 0; p < parts.size(); ++p)
+    if (parts[p].region >= 0 && !(divides && problem.species[parts[p].species].redCell))
+      lines.push_back(fmt::format("Cells of {} alone: {} {}", problem.layout.regions[parts[p].region].name,
+                                  counts[p], problem.species[parts[p].species].name));
+  for (std::size_t r = 0; divides && r < problem.layout.regions.size(); ++r) {
     std::int64_t cells = 0;
     double volume = 0.0;
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -225,9 +248,11 @@ std::vector<std::string> headLines(const Problem& problem) {
   }
   for (const CellSpecies& species : problem.species)
     for (const std::string& line : constraintLines(species, problem.demanded.wall)) lines.push_back(line);
+  const bool divides = problem.layout.dividesRedCells();
   for (const LumenRegion& region : problem.layout.regions)
-    lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
-                                region.hematocrit, 100.0 * region.share));
+    if (divides || !region.species.empty())
+      lines.push_back(
+          fmt::format("{} ({:.2f} % of the lumen)", regionText(region, divides), 100.0 * region.share));
   if (problem.layout.profile) lines.push_back("Profile: " + problem.layout.profile->source);
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)

@@ -86,6 +86,7 @@ struct CellSpecies : SpeciesPlan {
   double countedVolume = 0.0;  ///< of a cell, in the requested hematocrit [µm³]: this or a stated one
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
   std::vector<OtherAcceptance> others;           ///< at those of Lumen::others
+  std::int64_t ofRegions = 0;                    ///< cells of regions, beside those of the lumen
   std::int64_t count = 0;                        ///< to be packed, or found by a check
 
   std::int64_t mostCells() const { return count + stock; }  ///< of a packing

@@ -54,6 +54,7 @@ class PackedSpecies {
   std::vector<SpeciesRequest> operator()() {
     setDetailsAside();
     settleHematocrit();
+    settleRest();
     if (request_.hematocrit) {
       addRedCells();
       addPlatelets();
@@ -61,6 +62,7 @@ class PackedSpecies {
       warnings_.push_back(
           fmt::format("{} is ignored: it belongs to {}", named("plt_ratio"), named("hematocrit")));
     }
+    addCellsOfRegions();
     if (!details_.empty())
       throw UsageError(
           fmt::format("settings for '{}', but there are no such cells to pack", details_.front().name));
@@ -124,6 +126,38 @@ class PackedSpecies {
     }
   }
 
+  /// Red cells of regions alone: where nothing is said of the others, there are none.
+  void settleRest() {
+    const bool inRegions = std::any_of(request_.regions.begin(), request_.regions.end(),
+                                       [](const RegionRequest& region) { return region.statesRedCells(); });
+    const bool numbered = std::any_of(all_.begin(), all_.end(), [](const SpeciesRequest& species) {
+      return isRedCell(species) && (species.count || species.ratio || species.start || species.inBlood);
+    });
+    if (!request_.hematocrit && inRegions && !numbered) request_.hematocrit = 0.0;
+  }
+
+  bool isInRegions(const std::string& name) const {
+    for (const RegionRequest& region : request_.regions)
+      for (const RegionSpecies& one : region.species)
+        if (one.name == name) return true;
+    return false;
+  }
+
+  /// Cells of regions, of which there are none elsewhere unless that is stated.
+  void addCellsOfRegions() {
+    for (const RegionRequest& region : request_.regions)
+      for (const RegionSpecies& one : region.species) {
+        auto found = find(all_, one.name);
+        const bool isNew = found == all_.end();
+        if (isNew) {
+          add(one.name, all_.size());
+          found = find(all_, one.name);
+        }
+        if (found->count || found->ratio || found->fixed || found->start || found->inBlood) continue;
+        if (isNew || !request_.hematocrit || !isRedCell(*found)) found->count = 0;
+      }
+  }
+
   /// Adds cells, with the details that were stored for them.
   SpeciesRequest& add(const std::string& name, std::size_t at) {
     SpeciesRequest request;
@@ -158,7 +192,7 @@ class PackedSpecies {
 
   void addPlatelets() {
     if (const auto platelets = find(all_, "PLT"); platelets == all_.end()) {
-      const bool wanted = plateletRatio_ ? *plateletRatio_ > 0 : !listed_;
+      const bool wanted = plateletRatio_ ? *plateletRatio_ > 0 : !listed_ && !isInRegions("PLT");
       if (wanted && knowsPlatelets()) add("PLT", 1).ratio = plateletRatio_.value_or(packCellsPlateletRatio);
     } else if (plateletRatio_) {
       platelets->ratio = plateletRatio_;

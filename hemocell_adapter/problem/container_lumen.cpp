@@ -36,6 +36,9 @@ std::shared_ptr<const Container> ownBody(const Request& request, Lumen& lumen) {
     case SolidRequest::Kind::mesh:
       axis = solid.openAxis.value_or(-1);
       break;
+    case SolidRequest::Kind::halfSpace:
+    case SolidRequest::Kind::beyond:
+      break;  // of regions alone
   }
   if (axis >= 0) periodic[axis] = wrap;
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];

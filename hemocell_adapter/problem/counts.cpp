@@ -36,9 +36,11 @@ RedCells redCellsOf(const std::vector<CellSpecies>& species) {
   RedCells red;
   for (const CellSpecies& s : species) {
     if (!s.sharesHematocrit) continue;
+    const auto counted = double(s.statedCount.value_or(0) + s.ofRegions);
+    red.countedVolume += counted * s.countedVolume;
+    red.counted += counted;
     if (s.statedCount) {
-      red.countedVolume += double(*s.statedCount) * s.countedVolume;
-      red.counted += double(*s.statedCount);
+      continue;
     } else if (s.ratio) {
       red.ratioVolume += *s.ratio * s.countedVolume;
       red.ratioShare += *s.ratio;
@@ -71,6 +73,18 @@ double redCellNumber(const RedCells& red, std::optional<double> hematocrit, doub
                                  red.ratioShare > 0.0 ? ", with the corresponding ones with ratios," : "",
                                  *hematocrit));
   return all;
+}
+
+/// The volume of a red cell of the species that a hematocrit determines, else of the first one; 0: there are
+/// none [µm³].
+double fillingVolume(const std::vector<CellSpecies>& species) {
+  const CellSpecies* first = nullptr;
+  for (const CellSpecies& s : species) {
+    if (!s.sharesHematocrit) continue;
+    if (!s.statedCount && !s.ratio) return s.countedVolume;
+    if (!first) first = &s;
+  }
+  return first ? first->countedVolume : 0.0;
 }
 
 /// How the number of a species is determined, in the order of evaluation.
@@ -140,6 +154,8 @@ std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
   const double expected = redCellNumber(redCellsOf(species), hematocrit, lumenVolume);
   double redVolume = 0.0;
   std::int64_t redCells = 0;
+  for (const CellSpecies& s : species)
+    if (s.sharesHematocrit) redVolume += double(s.ofRegions) * s.countedVolume, redCells += s.ofRegions;
   const auto numberOf = [&](const CellSpecies& s, By by) -> std::int64_t {
     switch (by) {
       case By::count:
@@ -164,7 +180,10 @@ std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
       redCells += counts[i];
     }
   std::int64_t total = 0;
-  for (const std::int64_t count : counts) total += count;
+  for (std::size_t i = 0; i < species.size(); ++i) {
+    counts[i] += species[i].ofRegions;
+    total += counts[i];
+  }
   if (total == 0) {
     throw InputError(
         hematocrit ? fmt::format("nothing to pack: hematocrit {:.15g} of {:.6g} µm³ is less than half a cell",
@@ -182,9 +201,24 @@ std::vector<std::int64_t> countCells(const Scene& scene, std::optional<double> h
                                      const std::vector<LumenRegion>& regions) {
   double reference = scene.referenceVolume();
   if (scene.request.packCellsConventions && scene.request.boxSize) reference = scene.request.boxSize->prod();
-  if (!regions.empty()) {
-    hematocrit = 0.0;
-    for (const LumenRegion& region : regions) *hematocrit += region.share * region.hematocrit;
+  if (hematocrit && !regions.empty()) {
+    double volume = 0.0;  // over the reference volume
+    for (const LumenRegion& region : regions) {
+      const double before = volume;
+      volume += region.count ? double(*region.count) * fillingVolume(scene.species) / reference
+                             : region.share * region.hematocrit.value_or(*hematocrit);
+      double own = 0.0;
+      for (const CellSpecies& species : scene.species)
+        if (species.sharesHematocrit)
+          own += double(region.ofSpecies(species.name)) * species.countedVolume / reference;
+      if (!region.own)
+        volume += own;
+      else if (own > volume - before + 0.5 * fillingVolume(scene.species) / reference)
+        throw InputError(fmt::format("{}: its own red cells are more than its {} allows",
+                                     scene.request.regions[&region - regions.data()].body.where,
+                                     region.count ? "count" : "hematocrit"));
+    }
+    hematocrit = volume;
   }
   return countCells(scene.species, hematocrit, reference);
 }

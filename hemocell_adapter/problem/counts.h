@@ -16,6 +16,7 @@ namespace packmesh::hemocell {
 /// red cells it is therefore the share of these cells among all red cells (a parasitaemia, for example). With
 /// a hematocrit, the species of red cells without count and ratio gets the number for which the volume of all
 /// red cells is nearest to hematocrit · lumenVolume.
+/// Cells of regions are added to these numbers; red ones are part of the hematocrit.
 /// @param species with countedVolume
 /// @throws InputError if nothing is to be packed, if the hematocrit would determine several species, if the
 ///   red cells with counts exceed it, or if the ratios of red species add up to 1 or more
@@ -23,7 +24,7 @@ std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume);
 
 /// The same for the lumen of a scene, with the volume that its hematocrit refers to.
-/// @param hematocrit of the lumen, unless it has regions
+/// @param hematocrit of the lumen, where no region has its own
 std::vector<std::int64_t> countCells(const Scene& scene, std::optional<double> hematocrit,
                                      const std::vector<LumenRegion>& regions);
 

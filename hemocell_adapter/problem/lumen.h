@@ -16,12 +16,22 @@
 
 namespace packmesh::hemocell {
 
-/// A part of the lumen with its own hematocrit.
+/// A part of the lumen.
 struct LumenRegion {
   std::string name;  ///< "region 1", "the rest"
   std::shared_ptr<const Region> region;
-  double share = 0.0;       ///< of the lumen's volume
-  double hematocrit = 0.0;  ///< requested
+  double share = 0.0;                 ///< of the lumen's volume
+  std::optional<double> hematocrit;   ///< of all its red cells; empty: a number, or as in the rest
+  std::optional<std::int64_t> count;  ///< of all its red cells
+  /// Whether the hematocrit or the number is its own, and red cells of its own are part of them.
+  bool own = false;
+  std::vector<RegionSpecies> species;  ///< cells that are in it beside those of the lumen
+
+  std::int64_t ofSpecies(const std::string& cell) const {
+    for (const RegionSpecies& one : species)
+      if (one.name == cell) return one.count;
+    return 0;
+  }
 };
 
 /// The lattice of the same lumen at another spacing.

@@ -105,10 +105,11 @@ Scene makeScene(const CompletedRequest& completed, const Communicator& ranks, st
 }
 
 void refuseContradictions(const Request& request) {
-  if (!request.regions.empty() && !request.hematocrit)
-    throw InputError(
-        request.regions.front().body.where +
-        ": regions require a hematocrit of the rest of the lumen; 0: red cells in regions alone");
+  for (const RegionRequest& region : request.regions)
+    if (region.hematocrit && !request.hematocrit)
+      throw InputError(
+          region.body.where +
+          ": regions require a hematocrit of the rest of the lumen; 0: red cells in regions alone");
   if (request.regions.empty() && request.hematocrit && *request.hematocrit == 0.0)
     throw InputError(named("hematocrit", "0") + " asks for no red cells; use it with regions");
   if (request.profile && !request.regions.empty())
@@ -209,7 +210,8 @@ Problem prepareToPack(Scene scene, Notices& notices) {
   refuseContradictions(scene.request);
   examineWall(scene, notices);
   const std::optional<double> hematocrit = resolveHematocrit(scene, notices);
-  std::vector<LumenRegion> regions = makeRegions(scene.request, hematocrit, scene.lumen, notices.repairs);
+  std::vector<LumenRegion> regions =
+      makeRegions(scene.request, hematocrit, scene.lumen, scene.team, notices.repairs);
   Problem problem = divideIntoParts(std::move(scene), hematocrit, std::move(regions), notices);
   problem.read = linesOfPresent(problem.species);
   const auto warn = [&](std::vector<std::string> warnings) { notices.append({std::move(warnings), {}}); };

@@ -102,6 +102,9 @@ std::string selfIntersectingText(const CellsOfFile& of, std::size_t found, std::
 CellSpecies makeOne(SpeciesPlan plan, std::shared_ptr<const Shape> shape, const Lumen& lumen,
                     std::map<int, std::shared_ptr<const Acceptance>>& acceptances, const Request& request) {
   CellSpecies species(std::move(plan));
+  for (const RegionRequest& region : request.regions)
+    for (const RegionSpecies& one : region.species)
+      if (one.name == species.name) species.ofRegions += one.count;
   species.shape = std::move(shape);
   species.countedVolume = species.meanVolume = species.shape->volume();
   if (species.redCell && request.redCellVolume) species.countedVolume = *request.redCellVolume;

@@ -21,6 +21,7 @@
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/placement/lumen_cut.h"
 #include "packMesh/placement/placement.h"
 
 namespace packmesh::hemocell {
@@ -154,10 +155,14 @@ std::vector<std::vector<Pose>> startInShells(const Scene& scene, const DepthProf
 class Parting {
  public:
   Parting(const Scene& scene, const Layout& layout, const PackedParts& packed)
-      : scene_(scene), profile_(layout.profile.get()), packed_(packed), regions_(layout.regions) {}
+      : scene_(scene),
+        profile_(layout.profile.get()),
+        packed_(packed),
+        regions_(layout.regions),
+        dividesRedCells_(layout.dividesRedCells()) {}
 
   std::vector<Part> operator()() {
-    if (!regions_.empty()) shareOutRedCells();
+    if (dividesRedCells_) shareOutRedCells();
     for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
     return std::move(parts_);
   }
@@ -165,10 +170,10 @@ class Parting {
  private:
   void divide(int s) {
     const CellSpecies& species = scene_.species[s];
-    const auto fixed = std::int64_t(species.fixed.size());
-    if (fixed > species.count)
+    const auto fixed = std::int64_t(species.fixed.size()), ofLumen = species.count - species.ofRegions;
+    if (fixed > ofLumen)
       throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
-                                   species.fixedFrom, fixed, species.count, species.name));
+                                   species.fixedFrom, fixed, ofLumen, species.name));
     if (fixed > 0) {
       Part part{s, -1, freeCells(scene_, packed_, s, fixed)};
       part.cells.name += ", fixed";
@@ -178,10 +183,12 @@ class Parting {
     }
     if (profile_ && profile_->species[s].isAsked())
       freeInShells(s);
-    else if (regions_.empty() || !species.redCell)
-      free(s, -1, species.count - fixed, withBlood(s, species.count - fixed, startOf(scene_, s)));
+    else if (dividesRedCells_ && species.redCell)
+      return freeInRegions(s);
     else
-      freeInRegions(s);
+      free(s, -1, ofLumen - fixed, withBlood(s, ofLumen - fixed, startOf(scene_, s)));
+    for (std::size_t r = 0; r < regions_.size(); ++r)
+      free(s, int(r), regions_[r].ofSpecies(species.name), {});
   }
 
   /// With flowing blood, the starts of all cells: further ones are those of the blood that meet others, or
@@ -242,25 +249,115 @@ class Parting {
   }
 
   /// Distributes the red cells over the regions: those with a count or a ratio in proportion to the requested
-  /// hematocrits, then those determined by the hematocrit, so that the total of each region matches.
+  /// hematocrits, then those determined by the hematocrit, so that the total of each region matches. The last
+  /// of them make the numbers of regions exact.
   void shareOutRedCells() {
-    std::vector<double> left;  // remaining volume of each region's red cells, over the reference volume
-    for (const LumenRegion& region : regions_) left.push_back(region.share * region.hematocrit);
-    const std::vector<double> asked = left;
-    toPlace_.resize(scene_.species.size());
+    std::vector<int> order;
     for (const bool byHematocrit : {false, true})
       for (std::size_t s = 0; s < scene_.species.size(); ++s) {
         const CellSpecies& species = scene_.species[s];
-        if (!species.redCell || byHematocrit != (!species.statedCount && !species.ratio)) continue;
-        const std::vector<std::int64_t> fixed = countFixed(species, regions_);
-        toPlace_[s] =
-            byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
-        const double cell = species.countedVolume / scene_.referenceVolume();
-        for (std::size_t r = 0; r < left.size(); ++r) {
-          if (byHematocrit) toPlace_[s][r] -= fixed[r];
-          left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
-        }
+        if (species.redCell && byHematocrit == isByHematocrit(species)) order.push_back(int(s));
       }
+    if (order.empty()) return;
+    const std::vector<double> asked = volumesOfRedCells(order);
+    std::vector<double> left =
+        asked;  // remaining volume of each region's red cells, over the reference volume
+    const std::vector<std::optional<std::int64_t>> numbers = numbersOfRedCells(left);
+    std::vector<std::optional<std::int64_t>> open = numbers;  // still to be placed
+    toPlace_.resize(scene_.species.size());
+    for (const int s : order) {
+      const CellSpecies& species = scene_.species[s];
+      const std::vector<std::int64_t> fixed = countFixed(species, regions_);
+      const std::vector<double>& weights = isByHematocrit(species) ? left : asked;
+      toPlace_[s] = shareOut(species, weights, fixed, open, s == order.back());
+      for (std::size_t r = 0; r < left.size(); ++r) {
+        left[r] = std::max(0.0, left[r] - volumeOf(species) * double(toPlace_[s][r] + fixed[r]));
+        if (open[r]) *open[r] -= toPlace_[s][r];
+        toPlace_[s][r] += regions_[r].ofSpecies(species.name);
+      }
+    }
+  }
+
+  static bool isByHematocrit(const CellSpecies& species) { return !species.statedCount && !species.ratio; }
+  double volumeOf(const CellSpecies& species) const {
+    return species.countedVolume / scene_.referenceVolume();
+  }
+
+  /// The volume of red cells that is asked for in each region, over the reference volume. Without a
+  /// hematocrit the regions without a number have equal ones.
+  std::vector<double> volumesOfRedCells(const std::vector<int>& red) const {
+    const double cell = volumeOf(scene_.species[red.back()]);
+    double all = 0.0, numbered = 0.0, share = 0.0;
+    for (const int s : red)
+      all += double(scene_.species[s].count - scene_.species[s].ofRegions) * volumeOf(scene_.species[s]);
+    for (const LumenRegion& region : regions_)
+      (region.count ? numbered : share) += region.count ? double(*region.count) * cell : region.share;
+    std::vector<double> volumes;
+    for (const LumenRegion& region : regions_)
+      volumes.push_back(region.count        ? double(*region.count) * cell
+                        : region.hematocrit ? region.share * *region.hematocrit
+                        : share > 0.0       ? region.share * std::max(0.0, all - numbered) / share
+                                            : 0.0);
+    return volumes;
+  }
+
+  /// Red cells that are yet to be placed in the regions that have a number of them: without fixed ones and
+  /// cells of their own, which are also taken from the volumes of regions with a hematocrit of their own.
+  std::vector<std::optional<std::int64_t>> numbersOfRedCells(std::vector<double>& volumes) const {
+    std::vector<std::optional<std::int64_t>> numbers;
+    for (std::size_t r = 0; r < regions_.size(); ++r) {
+      const LumenRegion& region = regions_[r];
+      std::optional<std::int64_t>& number = numbers.emplace_back(region.count);
+      double own = 0.0;
+      for (const CellSpecies& species : scene_.species) {
+        if (!species.redCell) continue;
+        const std::int64_t cells = region.ofSpecies(species.name);
+        own += double(cells) * volumeOf(species);
+        if (number) *number -= cells + countFixed(species, regions_)[r];
+      }
+      if (!region.own) continue;
+      if (number && *number < 0)
+        throw InputError(fmt::format("{}: the fixed red cells in it are more than its count allows",
+                                     scene_.request.regions[r].body.where));
+      volumes[r] = std::max(0.0, volumes[r] - own);
+    }
+    return numbers;
+  }
+
+  /// The movable cells of a species of the lumen in each region.
+  /// @param open of regions with a number of red cells: those yet to be placed @param last all of them
+  std::vector<std::int64_t> shareOut(const CellSpecies& species, std::vector<double> weights,
+                                     std::vector<std::int64_t> fixed,
+                                     const std::vector<std::optional<std::int64_t>>& open, bool last) const {
+    std::int64_t total = species.count - species.ofRegions;
+    const auto shared = [&] {
+      if (!isByHematocrit(species)) return sharedOutBesides(total, weights, fixed);
+      std::vector<std::int64_t> cells = sharedOut(total, weights);
+      for (std::size_t r = 0; r < cells.size(); ++r) cells[r] -= fixed[r];
+      return cells;
+    };
+    const std::vector<std::int64_t> even = shared();
+    std::vector<std::int64_t> cells = even;
+    bool anyNumber = false;
+    for (std::size_t r = 0; r < cells.size(); ++r) {
+      if (!open[r]) continue;
+      anyNumber = true;
+      cells[r] = last ? *open[r] : std::min(even[r], *open[r]);
+      total -= cells[r] + fixed[r];
+      weights[r] = 0.0;
+      fixed[r] = 0;
+    }
+    if (!anyNumber) return cells;
+    const std::int64_t allFixed = std::accumulate(fixed.begin(), fixed.end(), std::int64_t(0));
+    const double others = std::accumulate(weights.begin(), weights.end(), 0.0);
+    if (total < allFixed || (total > allFixed && !(others > 0.0)))
+      throw InputError(fmt::format(
+          "the counts of the regions take {} red cells than there are: {} '{}' are requested for the lumen",
+          total < allFixed ? "more" : "fewer", species.count - species.ofRegions, species.name));
+    const std::vector<std::int64_t> rest = shared();
+    for (std::size_t r = 0; r < cells.size(); ++r)
+      if (!open[r]) cells[r] = rest[r];
+    return cells;
   }
 
   /// A part with cells that can move.
@@ -316,6 +413,7 @@ class Parting {
   const DepthProfile* profile_;  ///< nullptr: none
   const PackedParts& packed_;    ///< with its walls
   const std::vector<LumenRegion>& regions_;
+  bool dividesRedCells_;
   std::vector<Part> parts_;
   std::uint32_t stream_ = 0;  ///< of random numbers: one for each shape of the parts so far
   std::vector<std::vector<std::int64_t>> toPlace_;  ///< movable red cells, by species and region
@@ -323,27 +421,56 @@ class Parting {
 
 }  // namespace
 
+namespace {
+
+std::shared_ptr<const Region> makeRegion(const SolidRequest& body, const Container& lumen,
+                                         const Threads& team, std::vector<std::string>& repairs) {
+  const Box bounds = lumen.bounds();
+  if (body.kind == SolidRequest::Kind::halfSpace)
+    return std::make_shared<HalfSpace>(body.point, body.direction.normalized(), bounds, lumen.period());
+  if (body.kind == SolidRequest::Kind::beyond)
+    return located(body.where,
+                   [&] { return std::make_shared<LumenCut>(lumen, body.point, body.direction, team); });
+  return std::make_shared<BodyRegion>(makeSolid(body, {false, false, false}, repairs), bounds,
+                                      lumen.period());
+}
+
+}  // namespace
+
 std::vector<LumenRegion> makeRegions(const Request& asked, std::optional<double> hematocrit,
-                                     const Lumen& lumen, std::vector<std::string>& repairs) {
+                                     const Lumen& lumen, const Threads& team,
+                                     std::vector<std::string>& repairs) {
   std::vector<LumenRegion> regions;
   if (asked.regions.empty()) return regions;
   const Box bounds = lumen.container->bounds();
-  const Vec3 period = lumen.container->period();
-  std::vector<std::shared_ptr<const Container>> earlier;
+  std::vector<std::shared_ptr<const Region>> earlier;
   double rest = 1.0;
   for (const RegionRequest& request : asked.regions) {
-    std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, repairs);
-    const auto region = std::make_shared<BodyRegion>(body, earlier, bounds, period);
+    std::shared_ptr<const Region> body = makeRegion(request.body, *lumen.container, team, repairs);
+    const auto region = std::make_shared<RegionDifference>(body, earlier, bounds);
     const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
     if (!(share > 0.0))
       throw InputError(
           fmt::format("{}: this region lies outside the lumen or in earlier ones", request.body.where));
-    regions.push_back({fmt::format("region {}", regions.size() + 1), region, share, request.hematocrit});
+    LumenRegion& made = regions.emplace_back();
+    made = {fmt::format("region {}", regions.size()),
+            region,
+            share,
+            request.hematocrit,
+            request.count,
+            request.statesRedCells(),
+            request.species};
+    if (!made.own) made.hematocrit = hematocrit;
     rest = std::max(0.0, rest - share);
     earlier.push_back(std::move(body));
   }
-  regions.push_back({"the rest", std::make_shared<BodyRegion>(nullptr, earlier, bounds, period), rest,
-                     hematocrit.value_or(0.0)});
+  regions.push_back({"the rest",
+                     std::make_shared<RegionDifference>(nullptr, earlier, bounds),
+                     rest,
+                     hematocrit,
+                     {},
+                     false,
+                     {}});
   return regions;
 }
 
@@ -390,6 +517,8 @@ std::vector<std::string> examineRegions(const Scene& scene, const Layout& layout
   std::vector<std::string> warnings;
   for (std::size_t r = 0; r < layout.regions.size(); ++r) {
     const LumenRegion& region = layout.regions[r];
+    const bool listed = r < scene.request.regions.size();
+    if (!region.hematocrit || !layout.dividesRedCells() || (listed && !region.own)) continue;
     double volume = 0.0;
     std::int64_t cells = 0;
     for (const Part& part : parts) {
@@ -402,11 +531,10 @@ std::vector<std::string> examineRegions(const Scene& scene, const Layout& layout
       cells += here;
       volume += double(here) * species.countedVolume;
     }
-    const double size = region.share * scene.referenceVolume(), asked = region.hematocrit * size;
-    const bool listed = r < scene.request.regions.size();
+    const double size = region.share * scene.referenceVolume(), asked = *region.hematocrit * size;
     if (cells == 0 && asked > 0.0) {
       const std::string what = fmt::format(
-          "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
+          "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", *region.hematocrit, size);
       if (listed)
         throw InputError(fmt::format("{}: {}; enlarge the region or remove it",
                                      scene.request.regions[r].body.where, what));
@@ -415,7 +543,7 @@ std::vector<std::string> examineRegions(const Scene& scene, const Layout& layout
       warnings.push_back(
           fmt::format("{} is so small that whole cells cannot meet its hematocrit: {:.4f} with {} "
                       "red cell{}, {:.15g} requested",
-                      region.name, volume / size, cells, cells == 1 ? "" : "s", region.hematocrit));
+                      region.name, volume / size, cells, cells == 1 ? "" : "s", *region.hematocrit));
     }
   }
   return warnings;

@@ -15,7 +15,8 @@ namespace packmesh::hemocell {
 /// @throws InputError if one lies outside the lumen
 /// @param hematocrit of the rest @param repairs of meshes are added
 std::vector<LumenRegion> makeRegions(const Request& asked, std::optional<double> hematocrit,
-                                     const Lumen& lumen, std::vector<std::string>& repairs);
+                                     const Lumen& lumen, const Threads& team,
+                                     std::vector<std::string>& repairs);
 
 /// Index of the region that contains a point.
 int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point);

@@ -4,6 +4,7 @@
 /// changed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <filesystem>
@@ -81,6 +82,11 @@ struct Scene {
 struct Layout {
   std::vector<LumenRegion> regions;  ///< empty: one hematocrit for all of it; else the last is the rest
   std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
+
+  /// Whether red cells are divided among the regions; false: they may be anywhere.
+  bool dividesRedCells() const {
+    return std::any_of(regions.begin(), regions.end(), [](const LumenRegion& region) { return region.own; });
+  }
 };
 
 /// Cells of one species with the same constraints, which form a species of the problem that is packed.

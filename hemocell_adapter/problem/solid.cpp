@@ -80,6 +80,8 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
     case SolidRequest::Kind::sphere:
       return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);
     case SolidRequest::Kind::mesh:
+    case SolidRequest::Kind::halfSpace:
+    case SolidRequest::Kind::beyond:
       break;
   }
   VesselMesh vessel = readVessel(solid.file, capOpenings, tolerance::flatHoleFraction, repairs);

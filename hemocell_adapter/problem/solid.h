@@ -40,7 +40,7 @@ std::string cappedText(const std::filesystem::path& file, const std::vector<Capp
 std::string crossingText(const std::string& crossing, const TriangleMesh& surface, const Container& nodes,
                          double dx);
 
-/// A body as a separate container.
+/// A body as a separate container. Pre: it has a closed surface
 /// @param periodic axes along which it is periodic
 /// @param capOpenings close flat openings of a mesh
 /// @param nodes spacing of the nodes that are the body if its surface intersects itself [µm]; 0: such bodies

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/settings/attribute_tables.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 
@@ -69,6 +73,44 @@ void refuseBoth(const std::function<bool(const char*)>& has, const std::string& 
     throw InputError(where + ": has both a mesh file and an ellipsoid; give only one");
 }
 
+const std::vector<Attribute<RegionRequest>>& regionAttributes() {
+  using R = RegionRequest;
+  static const std::vector<Attribute<R>> table = {
+      attribute("hematocrit", &R::hematocrit, regionHematocrit(), "of the region, all its red cells together")
+          .byDefault("that of the rest"),
+      attribute("count", &R::count, count(), "instead: number of red cells in it, of all species"),
+  };
+  return table;
+}
+
+const std::vector<Attribute<RegionSpecies>>& regionSpeciesAttributes() {
+  using S = RegionSpecies;
+  static const std::vector<Attribute<S>> table = {
+      attribute("name", &S::name, name(), "name of the cell").required(),
+      attribute("count", &S::count, count(), "number of these cells in the region").required(),
+  };
+  return table;
+}
+
+void examineRegion(const RegionRequest& region, const std::string& where) {
+  if (region.hematocrit && region.count)
+    throw InputError(where + ": has both a hematocrit and a count of red cells; give only one");
+  if (!region.statesRedCells() && region.species.empty())
+    throw InputError(
+        where +
+        ": the attribute hematocrit is missing; a region has a hematocrit, a count of red cells, "
+        "or species of its own");
+  for (auto one = region.species.begin(); one != region.species.end(); ++one)
+    if (std::any_of(region.species.begin(), one, [&](const RegionSpecies& s) { return s.name == one->name; }))
+      throw InputError(fmt::format("{}: a second species called '{}'", where, one->name));
+  const SolidRequest& body = region.body;
+  const bool isDirected =
+      body.kind == SolidRequest::Kind::halfSpace || body.kind == SolidRequest::Kind::beyond;
+  if (isDirected && !(body.direction.norm() > 0.0))
+    throw InputError(fmt::format("{}: its {} 0 0 0 is not a direction", body.where,
+                                 body.kind == SolidRequest::Kind::beyond ? "direction" : "normal"));
+}
+
 const std::vector<SolidTag>& solidTags() {
   using S = SolidRequest;
   const auto radius = attribute("radius", &S::radius, length("r"), "radius").required();
@@ -78,6 +120,12 @@ const std::vector<SolidTag>& solidTags() {
     return attribute(name, &S::origin, vector("x y z", -largestLength, false), help);
   };
   const auto axis = plain(Kind::axis, "axis");
+  const auto point = [](const char* help) {
+    return attribute("point", &S::point, vector("x y z", -largestLength, false), help).required();
+  };
+  const auto into = [](const char* name, const char* help) {
+    return attribute(name, &S::direction, direction("x y z"), help).required();
+  };
   static const std::vector<SolidTag> table = {
       {"box",
        S::Kind::box,
@@ -95,6 +143,15 @@ const std::vector<SolidTag>& solidTags() {
         origin("offset", "added to the scaled coordinates"),
         attribute("openAxis", &S::openAxis, axis, "axis along which the lumen is open")
             .byDefault("closed on all sides")}},
+      {"halfSpace",
+       S::Kind::halfSpace,
+       {point("on the plane"), into("normal", "of the plane, into the region")},
+       true},
+      {"beyond",
+       S::Kind::beyond,
+       {point("in the lumen, through which it is cut"),
+        into("direction", "across the section, into the region")},
+       true},
   };
   return table;
 }

@@ -60,11 +60,20 @@ void refuseBoth(const std::function<bool(const char*)>& has, const std::string& 
 inline constexpr const char* catTag = "growth";
 const std::vector<Attribute<GrowthSettings>>& catParameters();
 
-/// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>` in `<container>` or `<obstacles>`.
+/// Attributes of `<region>`, of which there is at most one, and of `<species>` in it.
+const std::vector<Attribute<RegionRequest>>& regionAttributes();
+const std::vector<Attribute<RegionSpecies>>& regionSpeciesAttributes();
+
+/// Refuses a region that states nothing or contradicts itself. @throws InputError
+void examineRegion(const RegionRequest& region, const std::string& where);
+
+/// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>` in `<container>`, `<obstacles>` or `<region>`; others in
+/// `<region>` alone.
 struct SolidTag {
   const char* name;
   SolidRequest::Kind kind;
   std::vector<Attribute<SolidRequest>> attributes;
+  bool ofRegions = false;
 };
 const std::vector<SolidTag>& solidTags();
 

@@ -383,8 +383,14 @@ class Printer {
       else if (key == "container")
         container(value);
       else if (key == "regions")
-        for (const Json& region : value)
-          addTag(*addTag(*packing_, "region", {{"hematocrit", region["hematocrit"]}}), region["body"]);
+        for (Json region : value) {
+          const Json body = region["body"], species = region.value("species", Json::array());
+          region.erase("body");
+          region.erase("species");
+          tinyxml2::XMLElement* const tag = addTag(*packing_, "region", region);
+          addTag(*tag, body);
+          for (const Json& one : species) addTag(*tag, "species", one);
+        }
       else if (key == "species")
         species(value);
       else if (key == catTag)

@@ -107,9 +107,12 @@ SpeciesRequest readSpecies(const XMLElement& element, Request& request, const fs
   return species;
 }
 
-SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>& alsoKnown,
+SolidRequest readSolid(const XMLElement& element, bool ofRegion, const std::vector<std::string>& alsoKnown,
                        const fs::path& file) {
+  std::vector<std::string> known;
   for (const SolidTag& tag : solidTags()) {
+    if (tag.ofRegions && !ofRegion) continue;
+    known.emplace_back(tag.name);
     if (std::string(tag.name) != element.Name()) continue;
     SolidRequest solid;
     solid.kind = tag.kind;
@@ -122,7 +125,6 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
     if (solid.kind == SolidRequest::Kind::mesh) solid.file = file.parent_path() / solid.file.file;
     return solid;
   }
-  std::vector<std::string> known = names(solidTags());
   known.insert(known.end(), alsoKnown.begin(), alsoKnown.end());
   throw InputError(
       fmt::format("{}: unknown tag; {}", placeOf(element, file), didYouMean(element.Name(), known)));
@@ -141,7 +143,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
       refuseAttributes(*child, file, bodiesHaveAttributes);
       refuseText(*child, file);
       for (const XMLElement* solid = child->FirstChildElement(); solid; solid = solid->NextSiblingElement()) {
-        container.obstacles.push_back(readSolid(*solid, {}, file));
+        container.obstacles.push_back(readSolid(*solid, false, {}, file));
       }
     } else if (name == "nodes") {
       refuseAttributes(*child, file);
@@ -151,7 +153,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
           fmt::format("{}: second body; a container has one body, from which <obstacles> are subtracted",
                       placeOf(*child, file)));
     } else {
-      container.lumen = readSolid(*child, {"obstacles", "nodes"}, file);
+      container.lumen = readSolid(*child, false, {"obstacles", "nodes"}, file);
     }
   }
   return container;
@@ -174,19 +176,34 @@ std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSp
   });
 }
 
+RegionSpecies readRegionSpecies(const XMLElement& element, const fs::path& file) {
+  for (const auto& row : regionSpeciesAttributes()) require(element, row.name, row.value, file);
+  refuseContent(element, file);
+  RegionSpecies species;
+  readAttributes(element, regionSpeciesAttributes(), species, file, unrecorded);
+  return species;
+}
+
 RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
-  const ValueSpec fraction = specs::regionHematocrit();
-  const std::vector<Attribute<RegionRequest>> attributes = {
-      attribute("hematocrit", &RegionRequest::hematocrit, fraction, "of the region")};
   RegionRequest region;
-  require(element, "hematocrit", fraction, file);
-  readAttributes(element, attributes, region, file, unrecorded);
+  readAttributes(element, regionAttributes(), region, file, unrecorded);
   refuseText(element, file);
-  const XMLElement* body = element.FirstChildElement();
-  if (!body || body->NextSiblingElement())
-    throw InputError(fmt::format("{}: expected one body inside: <box>, <cylinder>, <sphere> or <mesh>",
-                                 placeOf(element, file)));
-  region.body = readSolid(*body, {}, file);
+  int bodies = 0;
+  for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    if (std::string(child->Name()) == "species") {
+      region.species.push_back(readRegionSpecies(*child, file));
+      continue;
+    }
+    region.body = readSolid(*child, true, {"species"}, file);
+    ++bodies;
+  }
+  if (bodies != 1) {
+    std::vector<std::string> tags;
+    for (const SolidTag& tag : solidTags()) tags.push_back(fmt::format("<{}>", tag.name));
+    throw InputError(fmt::format("{}: expected one body inside: {} or {}", placeOf(element, file),
+                                 fmt::join(tags.begin(), tags.end() - 1, ", "), tags.back()));
+  }
+  examineRegion(region, placeOf(element, file));
   return region;
 }
 

@@ -63,15 +63,18 @@ struct SpeciesRequest {
   bool inBlood = false;                 ///< the state Request::blood has such cells
 };
 
-/// A body with a closed surface, in the coordinate system of .pos files [µm].
+/// A body with a closed surface, or for regions a part of the lumen beyond a plane or a cut, in the
+/// coordinate system of .pos files [µm].
 struct SolidRequest {
-  enum class Kind { box, cylinder, sphere, mesh };
+  enum class Kind { box, cylinder, sphere, mesh, halfSpace, beyond };
   Kind kind = Kind::box;
   Vec3 size = Vec3::Zero();           ///< box [µm]
   Vec3 origin = Vec3::Zero();         ///< box: low corner; mesh: added after scaling [µm]
   std::optional<Vec3> center;         ///< cylinder, sphere [µm]; default: touching the planes x, y, z = 0
   int axis = 0;                       ///< cylinder: direction, 0, 1, 2 = x, y, z
   double radius = 0.0, length = 0.0;  ///< [µm]
+  Vec3 point = Vec3::Zero();          ///< halfSpace, beyond [µm]
+  Vec3 direction = Vec3::Zero();      ///< halfSpace, beyond: into the region, any length
   Source file;                        ///< mesh
   double scale = 1.0;                 ///< mesh: µm per unit of the file
   std::optional<int> openAxis;        ///< mesh: axis along which the lumen is open
@@ -85,10 +88,21 @@ struct ContainerRequest {
   std::optional<Vec3> nodes;  ///< lattice nodes of the case, if not in its XML
 };
 
-/// A part of the lumen with its own hematocrit.
+/// Cells of one species that are in a region, beside those in the whole lumen.
+struct RegionSpecies {
+  std::string name;
+  std::int64_t count = 0;
+};
+
+/// A part of the lumen with its own hematocrit or number of red cells, or with cells of its own.
 struct RegionRequest {
-  double hematocrit = 0.0;
+  std::optional<double> hematocrit;
+  std::optional<std::int64_t> count;  ///< of red cells of all species
   SolidRequest body;
+  std::vector<RegionSpecies> species;
+
+  /// Whether it has red cells of its own, so that the others are not free to be in it.
+  bool statesRedCells() const { return hematocrit || count; }
 };
 
 /// What is written beside the cells, and where. Only writers and the session look at it.

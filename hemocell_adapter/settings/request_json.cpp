@@ -161,7 +161,7 @@ class Statement {
                     const std::string& number) {
     const std::string kind = json.is_object() && isStated(json, "kind") ? textOf(json["kind"]) : "";
     for (const SolidTag& tag : solidTags()) {
-      if (kind != tag.name) continue;
+      if (kind != tag.name || (tag.ofRegions && list != "regions")) continue;
       SolidRequest solid;
       solid.kind = tag.kind;
       solid.where = where;
@@ -227,15 +227,36 @@ class Statement {
     request_.regions.clear();
     for (const Json& one : json) {
       const std::string number = std::to_string(request_.regions.size());
-      if (!one.is_object() || !isStated(one, "hematocrit") || !isStated(one, "body"))
-        refuse(heading("regions", number), "expected a hematocrit and a body");
+      const std::string where = heading("regions", number);
+      if (!one.is_object() || !isStated(one, "body")) refuse(where, "expected a body");
       RegionRequest region;
-      region.hematocrit = std::get<double>(
-          valueIn(specs::regionHematocrit(), one["hematocrit"], heading("regions.hematocrit", number)));
-      region.body = body(one["body"], heading("regions", number), "regions", number);
+      Json values = one;
+      values.erase("body");
+      values.erase("species");
+      attributes(
+          regionAttributes(), values, region,
+          [&](const std::string& key) { return heading("regions." + key, number); },
+          [](const std::string&) {});
+      region.body = body(one["body"], where, "regions", number);
+      if (isStated(one, "species")) {
+        if (!one["species"].is_array()) refuse(where, "expected a list of species");
+        for (const Json& species : one["species"])
+          region.species.push_back(regionSpecies(species, heading("regions.species", number)));
+      }
+      examineRegion(region, where);
       request_.regions.push_back(std::move(region));
     }
     request_.origins["regions"] = from_;
+  }
+
+  RegionSpecies regionSpecies(const Json& json, const std::string& where) {
+    RegionSpecies species;
+    for (const auto& row : regionSpeciesAttributes())
+      if (!json.is_object() || !isStated(json, row.name)) refuse(where, "expected a name and a count");
+    attributes(
+        regionSpeciesAttributes(), json, species,
+        [&](const std::string& key) { return fmt::format("{}, {}", where, key); }, [](const std::string&) {});
+    return species;
   }
 
   Request& request_;
@@ -339,6 +360,19 @@ Json jsonOf(const SolidRequest& body) {
   return json;
 }
 
+Json jsonOf(const RegionRequest& region) {
+  Json json;
+  addAttributes(json, regionAttributes(), region);
+  json["body"] = jsonOf(region.body);
+  json["species"] = Json::array();
+  for (const RegionSpecies& species : region.species) {
+    Json one;
+    addAttributes(one, regionSpeciesAttributes(), species);
+    json["species"].push_back(std::move(one));
+  }
+  return json;
+}
+
 Json toJson(const Request& request) {
   Json json = Json::object();
   if (request.config) json["config"] = request.config->string();
@@ -350,8 +384,12 @@ Json toJson(const Request& request) {
     addAttributes(attributes, speciesAttributes(), species);
     json["species"].push_back(stated(attributes));
   }
-  for (const RegionRequest& region : request.regions)
-    json["regions"].push_back({{"hematocrit", region.hematocrit}, {"body", stated(jsonOf(region.body))}});
+  for (const RegionRequest& region : request.regions) {
+    Json one = stated(jsonOf(region));
+    one["body"] = stated(one["body"]);
+    if (region.species.empty()) one.erase("species");
+    json["regions"].push_back(std::move(one));
+  }
   for (const auto& row : catParameters())
     if (request.origins.count(std::string(catTag) + "." + row.name) > 0)
       json[catTag][row.name] = jsonOf(*row.get(request.cat.growth), row.value);

@@ -42,5 +42,6 @@ std::string textOf(const Json& json);
 Json jsonOf(const Value& value, const ValueSpec& spec);
 /// A body with all its attributes; null: not stated.
 Json jsonOf(const SolidRequest& body);
+Json jsonOf(const RegionRequest& region);
 
 }  // namespace packmesh::hemocell

@@ -284,7 +284,7 @@ class ContainerWithObstacles : public Container {
   bool takesVolume(const Body& body) const {
     const std::shared_ptr<const Container> solid =
         makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing);
-    return volumeInLumen(BodyRegion(solid, {}, outer_->bounds(), outer_->period()), *outer_) > 0.0;
+    return volumeInLumen(BodyRegion(solid, outer_->bounds(), outer_->period()), *outer_) > 0.0;
   }
 
   /// True if a vertex of the body is in the lumen, so that part of the body is.

@@ -73,15 +73,20 @@ std::vector<Quaternion> spreadOrientations(const std::optional<AxisCone>& cone) 
   return orientations;
 }
 
-/// The parts of a part, whose edges become as equal as halving can make them; the last ones may be nowhere.
+/// The size of the parts of a part, whose edges become as equal as halving can make them.
+Eigen::Vector3f halved(Eigen::Vector3f half) {
+  const float longest = half.maxCoeff();
+  for (int k = 0; k < 3; ++k)
+    if (half[k] > 0.7f * longest) half[k] *= 0.5f;
+  return half;
+}
+
+/// The parts of a part; the last ones may be nowhere.
 std::array<AccessibleSpace::Part, 8> divided(const AccessibleSpace::Part& part) {
-  const float longest = part.half.maxCoeff();
-  std::array<int, 3> steps;
   AccessibleSpace::Part child = part;
-  for (int k = 0; k < 3; ++k) {
-    steps[k] = part.half[k] > 0.7f * longest ? 2 : 1;
-    if (steps[k] == 2) child.half[k] *= 0.5f;
-  }
+  child.half = halved(part.half);
+  std::array<int, 3> steps;
+  for (int k = 0; k < 3; ++k) steps[k] = child.half[k] < part.half[k] ? 2 : 1;
   std::array<AccessibleSpace::Part, 8> children;
   children.fill({part.centre, part.half, nowhere});
   auto next = children.begin();
@@ -113,7 +118,7 @@ class CellFit {
         bounds_(physics.container->bounds()),
         period_(physics.container->period()),
         exact_(*physics.wallOf(s)),
-        wall_(exact_.coarselySampled(physics.surroundings())),
+        wall_(&exact_.coarselySampled(physics.surroundings())),
         points_(spreadPoints(physics.shapeOf(physics.species[s]).mesh(), pointsTested)),
         thinAxis_(thinAxis(physics.shapeOf(physics.species[s]))),
         orientations_(physics.rotate ? spreadOrientations(freedom_.cone)
@@ -122,7 +127,7 @@ class CellFit {
   }
 
   /// Of points.
-  explicit CellFit(const Container& container)
+  CellFit(const Container& container, bool exactly)
       : radius(0.0),
         thin(0.0),
         longestEdge(finestOfPoints),
@@ -131,7 +136,7 @@ class CellFit {
         bounds_(container.bounds()),
         period_(container.period()),
         exact_(*container.wall()),
-        wall_(exact_.coarselySampled(container.surroundings(0.0))),
+        wall_(exactly ? nullptr : &exact_.coarselySampled(container.surroundings(0.0))),
         points_(1, Vec3::Zero()),
         thinAxis_(Vec3::UnitY()),
         orientations_(1, Quaternion::Identity()) {}
@@ -156,7 +161,7 @@ class CellFit {
   /// Depth of a point in the space that membranes may be in [µm], with its gradient.
   DistanceSample sample(const Vec3& p) const {
     const Vec3 at = within(p);
-    DistanceSample depth = wall_.sample(at);
+    DistanceSample depth = wall_ ? wall_->sample(at) : exact_.distance(at);
     depth.distance -= clearance_;
     if (!layer_) return depth;
     DistanceSample inner = layer_->sample(at);
@@ -167,7 +172,7 @@ class CellFit {
   /// The same at the centre of a part with this reach, without samples if it is large: those far from walls
   /// are dear [µm].
   double depthOf(const Vec3& p, double reach) const {
-    if (reach < farReach * wall_.spacing()) return depth(p);
+    if (wall_ && reach < farReach * wall_->spacing()) return depth(p);
     const Vec3 at = within(p);
     const double depth = exact_.distance(at).distance - clearance_;
     return layer_ ? std::min(depth,
@@ -232,7 +237,7 @@ class CellFit {
   Box bounds_;
   Vec3 period_;
   const Wall& exact_;
-  const SampledDistance& wall_;
+  const SampledDistance* wall_;  ///< nullptr: not sampled
   const SampledDistance* layer_ = nullptr;
   std::vector<Vec3> points_;
   Vec3 thinAxis_;
@@ -250,8 +255,8 @@ AccessibleSpace::AccessibleSpace(const Physics& physics, int species, const Thre
   find(room, threads, mostParts);
 }
 
-AccessibleSpace::AccessibleSpace(const Container& container, const Threads& threads)
-    : fit_(std::make_unique<CellFit>(container)) {
+AccessibleSpace::AccessibleSpace(const Container& container, const Threads& threads, bool exactly)
+    : fit_(std::make_unique<CellFit>(container, exactly)) {
   find(container.bounds(), threads, mostPartsOfSpace);
 }
 
@@ -259,6 +264,9 @@ void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t 
   if (room.empty()) return;
   const auto edge = [](const Part& part) { return 2.0 * double(part.half.maxCoeff()); };
   std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, next;
+  levels_ = {parts[0].half};
+  while (2.0 * double(levels_.back().maxCoeff()) > fit_->longestEdge)
+    levels_.push_back(halved(levels_.back()));
   std::vector<std::size_t> open;
   std::vector<std::array<Part, 8>> children;
   while (complete_) {

@@ -39,11 +39,15 @@ class AccessibleSpace {
   AccessibleSpace(const Physics& physics, int species, const Threads& threads,
                   std::size_t mostParts = mostPartsOfSpace);
   /// Where points of a lumen are. Pre: it has a wall, and outlives this
-  AccessibleSpace(const Container& container, const Threads& threads);
+  /// @param exactly by distances that are not interpolated, so that walls as thin as the smallest parts count
+  AccessibleSpace(const Container& container, const Threads& threads, bool exactly = false);
   ~AccessibleSpace();
 
   /// Successive parts are near each other.
   const std::vector<Part>& parts() const { return parts_; }
+  /// The sizes that parts can have, as Part::half, descending: those of each level of a grid, which begins at
+  /// the low corner of the bounds of the lumen, or of the region [µm].
+  const std::vector<Eigen::Vector3f>& levels() const { return levels_; }
   /// Whether cells fit in all parts; false: the lumen is so large that parts are too coarse to tell, and
   /// cells may fit in some of them.
   bool complete() const { return complete_; }
@@ -67,6 +71,7 @@ class AccessibleSpace {
 
   std::unique_ptr<const CellFit> fit_;
   std::vector<Part> parts_;
+  std::vector<Eigen::Vector3f> levels_;
   bool complete_ = true;
   std::vector<double> ends_;  ///< sums of their volumes [µm³]
 };

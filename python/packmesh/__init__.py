@@ -16,7 +16,7 @@ _logging.getLogger("packmesh").addHandler(_logging.NullHandler())
 
 if _typing.TYPE_CHECKING:
     from ._check import check
-    from ._settings import Box, Cylinder, Mesh, Region, Species, Sphere
+    from ._settings import Beyond, Box, Cylinder, HalfSpace, Mesh, Region, Species, Sphere
     from .case import Case, Forecast, forecast, pack, realisations
     from .cells import Cells
     from .deformed_packing import DeformedCheck, DeformedPacking
@@ -28,8 +28,8 @@ if _typing.TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
-           "DeformedPacking", "Error", "Forecast", "InfeasibleError", "InputError",
+__all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
+           "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
            "InternalError", "Mesh", "Misplaced", "MissingFileError", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
            "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
            "realisations", "write_pos"]

@@ -100,15 +100,37 @@ class Mesh(ByValue):
     open_axis: Optional[str] = None
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class HalfSpace(ByValue):
+    """All of the lumen beyond a plane: a point on it [µm], its normal into the region. For regions."""
+
+    point: Vector
+    normal: Vector
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Beyond(ByValue):
+    """What is connected with the far side of the section of the lumen through a point [µm], for example a branch. For regions."""
+
+    point: Vector
+    direction: Vector
+
+
 Body = Union[Box, Cylinder, Sphere, Mesh]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Region(ByValue):
-    """A part of the lumen with its own hematocrit. A point belongs to the first region that contains it."""
+    """A part of the lumen with its own hematocrit, or number of red cells. A point belongs to the first region that contains it.
 
-    hematocrit: Number
-    body: Body
+    count: number of red cells of all species, instead of a hematocrit
+    species: {"PLT": 50}: cells that are in the region beside those of the lumen
+    """
+
+    hematocrit: Optional[Number] = None
+    body: Optional[Union[Body, HalfSpace, Beyond]] = None
+    count: Optional[Integer] = None
+    species: Optional[Mapping[str, Integer]] = None
 
 
 def camel(name: str) -> str:
@@ -248,7 +270,7 @@ class Asked:
             return _packmesh.Numbers(argument, of, list(zip(("vertices", "triangles"), surface.mesh_of(path))))
         return numbers_of_mesh(argument, of, source)
 
-    def _body(self, argument: str, of: str, body: Body) -> Dict[str, Any]:
+    def _body(self, argument: str, of: str, body: Any) -> Dict[str, Any]:
         values: Dict[str, Any]
         if isinstance(body, Box):
             values = {"size": body.size, "origin": body.origin}
@@ -258,12 +280,18 @@ class Asked:
             values = {"radius": body.radius, "center": body.center}
         elif isinstance(body, Mesh):
             values = {"scale": body.scale, "offset": body.offset, "openAxis": body.open_axis}
+        elif argument == "regions" and isinstance(body, HalfSpace):
+            values = {"point": body.point, "normal": body.normal}
+        elif argument == "regions" and isinstance(body, Beyond):
+            values = {"point": body.point, "direction": body.direction}
         else:
-            raise InputError(f"{argument}[{of}]: expected a Box, Cylinder, Sphere or Mesh, found {body!r}")
+            more = ", Mesh, HalfSpace or Beyond" if argument == "regions" else ""
+            raise InputError(f"{argument}[{of}]: expected a Box, Cylinder, Sphere{more or ' or Mesh'}, found {body!r}")
         stated = {name: value_of(f"{argument}[{of}].{name}", value) for name, value in values.items() if value is not None}
         if isinstance(body, Mesh):
             stated["file"] = self._mesh(argument, of, body.source)
-        return {"kind": type(body).__name__.lower(), **stated}
+        kind = type(body).__name__
+        return {"kind": kind[0].lower() + kind[1:], **stated}
 
     def lumen(self, box: Any, cylinder: Any, sphere: Any, vessel: Any, scale: Number, open_axis: Optional[str]) -> None:
         stated = [name for name, value in (("cylinder", cylinder), ("sphere", sphere), ("vessel", vessel)) if value is not None]
@@ -310,8 +338,16 @@ class Asked:
             if not isinstance(region, Region):
                 raise InputError(f"regions: expected a Region, found {region!r}")
         if regions:
-            self.request["regions"] = [{"hematocrit": value_of(f"regions[{i}].hematocrit", region.hematocrit),
-                                        "body": self._body("regions", str(i), region.body)} for i, region in enumerate(regions)]
+            self.request["regions"] = [self._region(str(i), region) for i, region in enumerate(regions)]
+
+    def _region(self, of: str, region: Region) -> Dict[str, Any]:
+        stated: Dict[str, Any] = {name: value_of(f"regions[{of}].{name}", value)
+                                  for name, value in (("hematocrit", region.hematocrit), ("count", region.count)) if value is not None}
+        if region.species is not None:
+            species = mapping(f"regions[{of}].species", region.species, '{"PLT": 50}')
+            stated["species"] = [{"name": value_of(f"regions[{of}].species", name), "count": value_of(f"regions[{of}].species", count)}
+                                 for name, count in species.items()]
+        return {**stated, "body": self._body("regions", of, region.body)}
 
     def species(self, species: Mapping[str, Union[Integer, Species]], hematocrit: bool = False) -> None:
         """hematocrit: whether it is given, which excludes the number of all red cells"""

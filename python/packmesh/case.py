@@ -128,7 +128,7 @@ def pack(
         discharge_hematocrit: instead of it, that of the blood that flows out: lower in the lumen by the Fåhraeus effect
         platelets: number of platelets per red cell, with a hematocrit (0.07)
         species: {"RBC": 100, "WBC": Species(count=2)}: numbers, or more than that
-        regions: parts of the lumen with their own hematocrit; the first that contains a point counts
+        regions: parts of the lumen with their own hematocrit or numbers of cells; the first that contains a point counts
         profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state

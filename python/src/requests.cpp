@@ -93,7 +93,8 @@ std::string attributeOf(const std::string& list, const std::string& name) {
   if (list == "species")
     if (const auto found = ofSpecies.find(name); found != ofSpecies.end()) return found->second;
   if (list != "species" && name == "file") return "source";
-  return (list == "regions" && name != "hematocrit" ? "body." : "") + snakeCase(name);
+  const bool ofBody = list == "regions" && name != "hematocrit" && name != "count" && name != "species";
+  return (ofBody ? "body." : "") + snakeCase(name);
 }
 
 /// Of what has no argument of its own: species["RBC"].wall_clearance, obstacles[0].radius.

@@ -14,7 +14,7 @@ triangles of a template. Floats and Integers are arrays of NumPy; Number and Int
 """
 GROUPS = {
     "Packing": ["pack", "realisations", "forecast", "Case"],
-    "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region"],
+    "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region", "HalfSpace", "Beyond"],
     "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],

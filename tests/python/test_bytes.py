@@ -75,6 +75,21 @@ def test_case(program, tmp_path, pipe):
     assert_same_cells(tmp_path / "out", tmp_path / "python")
 
 
+def test_parts_of_a_lumen(program, tmp_path):
+    """Numbers and species of regions beyond a cut and a plane, given in Python, and by the program."""
+    lumen, cells = dict(cylinder=("x", 8, 40)), {"RBC": Species(count=12)}
+    regions = [Region(count=4, body=packmesh.Beyond((30, 8, 8), (1, 0, 0)), species={"PLT": 6}),
+               Region(count=3, body=packmesh.HalfSpace((10, 0, 0), (-1, 0, 0)))]
+    packing = packmesh.pack(**lumen, species=cells, regions=regions, seed=4)
+    x = packing["RBC"].positions[:, 0]
+    assert (sum(x >= 30), sum(x <= 10), len(x)) == (4, 3, 12)
+    assert packing.counts["PLT"] == 6 and (packing["PLT"].positions[:, 0] >= 30).all()
+    assert "<beyond" in packing.command[-1]
+    program(*packing.command[1:])
+    packing.write_pos(tmp_path / "python")
+    assert_same_cells(tmp_path / "program", tmp_path / "python")
+
+
 def test_regions_of_a_case(program, tmp_path):
     """Regions given in Python, and in config.xml, with species whose details both have."""
     case = shutil.copytree(SOURCE / "examples/regions", tmp_path / "regions")

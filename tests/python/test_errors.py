@@ -73,6 +73,14 @@ WORDED = {
     "obstacles[0].size: expected three numbers in (0, 100000] [µm], found '-1 2 3'": dict(CELLS, obstacles=Box((-1, 2, 3))),
     "obstacles[0]: none.stl: no such file": dict(CELLS, obstacles=Mesh("none.stl")),
     "regions[0].hematocrit: expected a number in [0, 1) [fraction], found '3'": dict(CELLS, regions=Region(3, Box((5, 5, 5)))),
+    "regions[0].count: expected a whole number in [0, 100000000] [cells], found '-3'": dict(CELLS, regions=Region(count=-3, body=Box((5, 5, 5)))),
+    "regions[0]: has both a hematocrit and a count of red cells; give only one": dict(CELLS, regions=Region(0.1, Box((5, 5, 5)), 3)),
+    "regions[0]: expected a Box, Cylinder, Sphere, Mesh, HalfSpace or Beyond, found None": dict(CELLS, regions=Region(0.1)),
+    "regions[0].body.point: expected three numbers in [-100000, 100000] [µm], found '1 2'":
+        dict(CELLS, regions=Region(count=1, body=packmesh.HalfSpace((1, 2), (1, 0, 0)))),
+    "regions[0]: the point (99, 5, 5) is not in the lumen":
+        dict(cylinder=("x", 8, 30), species={"RBC": 3}, regions=Region(count=1, body=packmesh.Beyond((99, 5, 5), (1, 0, 0)))),
+    'regions[0].species: expected {"PLT": 50}, found 3': dict(CELLS, regions=Region(0.1, Box((5, 5, 5)), species=3)),
     "max_time: expected a number in (0, 1000000000] [s], found '-1'": dict(CELLS, max_time=-1),
     "cell 'RBC' has an axis, but rotate=False (<rotate> false) keeps every orientation at 0 0 0":
         dict(CELLS, species={"RBC": Species(axis=(1, 0, 0))}, rotate=False),

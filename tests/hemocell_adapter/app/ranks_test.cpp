@@ -222,6 +222,15 @@ TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][al
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
 }
 
+TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks]") {
+  requireSameOnRanks(
+      "'<packing><container><box size=\"40 20 12\"/><obstacles><box origin=\"15 9 -1\" size=\"26 2 14\"/>"
+      "</obstacles></container><species name=\"RBC\"/><hematocrit>0.2</hematocrit><region count=\"9\">"
+      "<beyond point=\"18 15 5\" direction=\"3 1 0\"/><species name=\"PLT\" "
+      "count=\"20\"/></region></packing>'",
+      {{1, 1}, {2, 1}, {4, 1}});
+}
+
 TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks]") {
   struct Fault {
     const char* arguments;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Regions with a hematocrit of their own, axes and layers, with the real executable.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
@@ -107,6 +109,171 @@ TEST_CASE("With a hematocrit of 0, cells are in regions alone", "[executable]") 
   const Ran none = run(folder.path(), "20 20 20 --hematocrit 0");
   CHECK(none.exitCode == 2);
   CHECK_THAT(none.err, Contains("asks for no red cells; use it with regions"));
+}
+
+namespace {
+
+/// Two branches from x = 15 on, y < 9 and y > 11, and these regions.
+std::string bifurcation(const std::string& packing) {
+  return "'<packing><container><box size=\"40 20 10\"/><obstacles><box origin=\"15 9 -1\" size=\"26 2 12\"/>"
+         "</obstacles></container>" +
+         packing + "</packing>' ";
+}
+
+/// Cells of a file, and of them those in the upper branch beyond x = 18.
+std::pair<int, int> inUpperBranch(const fs::path& file) {
+  int all = 0, beyond = 0;
+  for (const PosLine& line : readPos(file)) {
+    ++all;
+    beyond += line.position.y() > 10.0 && line.position.x() >= 18.0;
+  }
+  return {all, beyond};
+}
+
+const std::string upperBranch = "<beyond point=\"18 15 5\" direction=\"1 0 0\"/>";
+
+}  // namespace
+
+TEST_CASE("A branch holds as many red cells as are requested, whatever the seed", "[executable]") {
+  const TemporaryFolder folder;
+  using Counts = std::pair<int, int>;
+  for (const std::string seed : {"1", "2", "3", "4"}) {
+    CAPTURE(seed);
+    // Alone, with others elsewhere, and out of a total.
+    const std::string region = "<region count=\"5\">" + upperBranch + "</region>";
+    Ran ran = ok(folder, bifurcation(region) + "--plt_ratio 0 --seed " + seed);
+    CHECK_THAT(ran.out,
+               Contains("Red cells of region 1: 5 (") && Contains(", 5 red cells with their centres"));
+    CHECK(inUpperBranch(folder.path() / "RBC.pos") == Counts(5, 5));
+    ok(folder,
+       bifurcation("<hematocrit>0.1</hematocrit><species name=\"RBC\"/>" + region) + "--seed " + seed);
+    const Counts dense = inUpperBranch(folder.path() / "RBC.pos");
+    CHECK(dense.second == 5);
+    CHECK(dense.first == 5 + std::lround(0.1 * (7500.0 - 1980.0) / 81.1163));
+    ok(folder, bifurcation("<species name=\"RBC\" count=\"9\"/>" + region) + "--seed " + seed);
+    CHECK(inUpperBranch(folder.path() / "RBC.pos") == Counts(9, 5));
+  }
+}
+
+TEST_CASE("A branch is named by a half-space, too", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder,
+     bifurcation("<species name=\"RBC\"/><region count=\"6\"><halfSpace point=\"9 11 3\" normal=\"0 2 "
+                 "0\"/></region>"));
+  const std::vector<PosLine> lines = readPos(folder.path() / "RBC.pos");
+  CHECK(lines.size() == 6);
+  for (const PosLine& line : lines) CHECK(line.position.y() >= 11.0);
+}
+
+TEST_CASE("The number of red cells of a region is that of all their kinds", "[executable]") {
+  SampleCase folder;
+  writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
+  const std::string half = "<halfSpace point=\"12 8 8\" normal=\"1 0 0\"/>";
+  const auto packed = [&](const std::string& packing) {
+    writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
+    ok(folder, "config.xml");
+    std::array<int, 2> beyond = {0, 0}, all = {0, 0};
+    const char* const names[] = {"RBC.pos", "RBC_stiff.pos"};
+    for (int s : {0, 1}) {
+      if (!fs::exists(folder.path() / names[s])) continue;  // there are none
+      for (const PosLine& line : readPos(folder.path() / names[s])) {
+        ++all[s];
+        beyond[s] += line.position.x() >= 12.0;
+      }
+    }
+    return std::pair(all, beyond);
+  };
+  const std::string rest = "<hematocrit>0.1</hematocrit><species name=\"RBC\"/>";
+  for (const char* stiff : {"count=\"4\"", "ratio=\"0.4\""}) {
+    CAPTURE(stiff);
+    const auto [all, beyond] =
+        packed(rest + "<species name=\"RBC_stiff\" " + stiff + "/><region count=\"7\">" + half + "</region>");
+    CHECK(beyond[0] + beyond[1] == 7);
+    CHECK(all[0] + all[1] > 7);
+    CHECK(all[1] == 4);
+  }
+  // Red cells of the region are among them; in one without a number of its own they come on top.
+  const std::string own = "<species name=\"RBC_stiff\" count=\"3\"/>";
+  const auto [all, beyond] = packed(rest + "<region count=\"7\">" + half + own + "</region>");
+  CHECK(beyond == std::array<int, 2>{4, 3});
+  CHECK(all[1] == 3);
+  const auto plain = packed(rest + "<species name=\"RBC_stiff\" count=\"0\"/>").first;
+  CHECK(packed(rest + "<region>" + half + own + "</region>").first == std::array<int, 2>{plain[0], 3});
+}
+
+TEST_CASE("Regions have cells of their own, beside those of the lumen", "[executable]") {
+  SampleCase folder;
+  writeText(
+      folder.path() / "config.xml",
+      configXml(
+          sampleDomain,
+          "<packing><hematocrit>0.1</hematocrit><species name=\"RBC\"/><region><beyond point=\"16 8 8\" "
+          "direction=\"1 0 0\"/><species name=\"PLT\" count=\"20\"/></region></packing>"));
+  for (const std::string seed : {"1", "2", "3"}) {
+    const Ran ran = ok(folder, "config.xml --seed " + seed);
+    CHECK_THAT(ran.out, Contains("region 1, 20 PLT of its own (") &&
+                            Contains("Cells of region 1 alone: 20 PLT") && Contains("PLT: 20 (in regions)"));
+    const std::vector<PosLine> platelets = readPos(folder.path() / "PLT.pos");
+    CHECK(platelets.size() == 20);
+    for (const PosLine& line : platelets) CHECK(line.position.x() >= 16.0);
+    bool before = false, beyond = false;  // red cells are anywhere
+    for (const PosLine& line : readPos(folder.path() / "RBC.pos"))
+      (line.position.x() < 16.0 ? before : beyond) = true;
+    CHECK((before && beyond));
+  }
+  const Ran more = ok(folder, "config.xml --plt 6");
+  CHECK_THAT(more.out, Contains("PLT: 26 (6 requested, 20 in regions)"));
+  int beyond = 0;
+  for (const PosLine& line : readPos(folder.path() / "PLT.pos")) beyond += line.position.x() >= 16.0;
+  CHECK(beyond >= 20);
+  CHECK(readPos(folder.path() / "PLT.pos").size() == 26);
+}
+
+TEST_CASE("Invalid regions are refused with their place", "[executable]") {
+  const SampleCase folder;
+  const auto refused = [&](const std::string& region, const std::string& cells = "<species name=\"RBC\"/>") {
+    writeText(folder.path() / "config.xml",
+              configXml(sampleDomain, "<packing>\n" + cells + "\n" + region + "</packing>"));
+    const Ran ran = run(folder.path(), "config.xml");
+    CHECK(ran.exitCode == 2);
+    CHECK(!fs::exists(folder.path() / "RBC.pos"));
+    return ran.err;
+  };
+  const std::string ball = "<sphere radius=\"6\" center=\"12 8 8\"/>";
+  CHECK_THAT(refused("<region count=\"3\" hematocrit=\"0.1\">" + ball + "</region>"),
+             Contains("config.xml:8: <region>: has both a hematocrit and a count"));
+  CHECK_THAT(refused("<region count=\"-3\">" + ball + "</region>"),
+             Contains("config.xml:8: <region>, attribute count: expected a whole number"));
+  CHECK_THAT(refused("<region>" + ball + "</region>"),
+             Contains("a count of red cells, or species of its own"));
+  CHECK_THAT(
+      refused("<region count=\"2\">" + ball + ball + "</region>"),
+      Contains("expected one body inside: <box>, <cylinder>, <sphere>, <mesh>, <halfSpace> or <beyond>"));
+  CHECK_THAT(refused("<region count=\"2\"><halfspace/></region>"), Contains("did you mean 'halfSpace'?"));
+  CHECK_THAT(refused("<region count=\"2\"><halfSpace point=\"1 2 3\"/></region>"),
+             Contains("<halfSpace>: the attribute normal is missing"));
+  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 8\" direction=\"0 0 0\"/></region>"),
+             Contains("config.xml:8: <beyond>: its direction 0 0 0 is not a direction"));
+  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 80\" direction=\"1 0 0\"/></region>"),
+             Contains("config.xml:8: <beyond>: the point (12, 8, 80) is not in the lumen"));
+  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 nan\" direction=\"1 0 0\"/></region>"),
+             Contains("expected three numbers"));
+  CHECK_THAT(refused("<region count=\"2\"><halfSpace point=\"99 8 8\" normal=\"1 0 0\"/></region>"),
+             Contains("config.xml:8: <halfSpace>: this region lies outside the lumen"));
+  CHECK_THAT(refused("<region>" + ball + "<species name=\"PLT\"/></region>"),
+             Contains("<species>: the attribute count is missing"));
+  CHECK_THAT(refused("<region>" + ball +
+                     "<species name=\"PLT\" count=\"1\"/><species name=\"PLT\" count=\"2\"/></region>"),
+             Contains("<region>: a second species called 'PLT'"));
+  CHECK_THAT(refused("<region>" + ball + "<species name=\"WBC\" count=\"1\"/></region>",
+                     "<hematocrit>0.1</hematocrit>"),
+             Contains("WBC.xml: no such file"));
+  CHECK_THAT(refused("<region count=\"4\">" + ball + "</region>", "<species name=\"RBC\" count=\"3\"/>"),
+             Contains("take more red cells than there are: 3 'RBC'"));
+  CHECK_THAT(refused("<region count=\"2\">" + ball + "<species name=\"RBC\" count=\"3\"/></region>"),
+             Contains("<sphere>: its own red cells are more than its count allows"));
+  CHECK_THAT(refused("<container><halfSpace point=\"1 2 3\" normal=\"1 0 0\"/></container>"),
+             Contains("<halfSpace>: unknown tag"));
 }
 
 TEST_CASE("Invalid constraints are rejected", "[executable]") {

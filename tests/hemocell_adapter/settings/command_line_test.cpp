@@ -243,7 +243,8 @@ TEST_CASE("The words of a request state the same", "[command_line]") {
             {"9", "9", "9", "--hematocrit", "0.1",
              "<packing><species name='A' ratio='2'/><container><nodes>4 5 6</nodes><obstacles>"
              "<sphere radius='2' center='1 2 3'/><mesh file=\"b'&amp;.stl\"/></obstacles></container>"
-             "<region hematocrit='0'><cylinder radius='2' length='3'/></region></packing>"})
+             "<region hematocrit='0'><cylinder radius='2' length='3'/></region><region count='3'><beyond "
+             "point='1 2 3' direction='1 0 0'/><species name='B' count='4'/></region></packing>"})
             .request);
   again(parseCommandLine("packMesh", {"<packing><container><cylinder radius='2' length='9' center='3 4 5'/>"
                                       "<obstacles><sphere radius='1'/></obstacles></container></packing>"})

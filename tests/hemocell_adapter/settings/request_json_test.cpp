@@ -77,12 +77,17 @@ TEST_CASE("A section passes through JSON with its bodies", "[settings]") {
       "<packing><species name='RBC'/><species name='A' ratio='0.1' construction='WBC_SPHERE'/>"
       "<container><mesh file='v.stl' openAxis='x'/><obstacles><sphere radius='2' center='1 2 3'/>"
       "<box size='1 2 3'/></obstacles><nodes>4 5 6</nodes></container>"
-      "<region hematocrit='0'><cylinder radius='2' length='3'/></region><growth barriers='0.5 "
-      "1'/></packing>");
+      "<region hematocrit='0'><cylinder radius='2' length='3'/></region>"
+      "<region count='7'><beyond point='1 2 3' direction='0 1 0'/><species name='PLT' count='5'/></region>"
+      "<region><halfSpace point='1 2 3' normal='0 1 0'/><species name='B' count='0'/></region>"
+      "<growth barriers='0.5 1'/></packing>");
   const Json json = toJson(request);
   CHECK(json["container"]["obstacles"][0] ==
         Json::parse(R"({"kind":"sphere","radius":2.0,"center":[1.0,2.0,3.0]})"));
   CHECK(json["growth"] == Json::parse(R"({"barriers":[0.5,1.0]})"));
+  CHECK(json["regions"][1] ==
+        Json::parse(R"({"count":7,"body":{"kind":"beyond","point":[1.0,2.0,3.0],"direction":[0.0,1.0,0.0]},
+                        "species":[{"name":"PLT","count":5}]})"));
   CHECK(toJson(withJson({}, json, {})) == json);
   CHECK(request.originOf("species.A.ratio")->place == "config.xml:1: <species>, attribute ratio");
   CHECK(request.originOf("growth")->isSection());
@@ -143,6 +148,14 @@ TEST_CASE("JSON that cannot be a request is refused with its place", "[settings]
              Contains("regions[0].hematocrit: expected a number in [0, 1)"));
   CHECK_THAT(refusal(R"({"regions": [{"hematocrit": 0, "body": {"kind": "sphere"}}]})"),
              Contains("regions[0]: radius is missing"));
+  CHECK_THAT(refusal(R"({"regions": [{"count": 1.5, "body": {"kind": "sphere", "radius": 1}}]})"),
+             Contains("regions[0].count: expected a whole number"));
+  CHECK_THAT(
+      refusal(R"({"regions": [{"body": {"kind": "sphere", "radius": 1}, "species": [{"name": "PLT"}]}]})"),
+      Contains("regions[0].species: expected a name and a count"));
+  CHECK_THAT(refusal(R"({"regions": [{"count": 1}]})"), Contains("regions[0]: expected a body"));
+  CHECK_THAT(refusal(R"({"container": {"lumen": {"kind": "beyond", "point": [1, 2, 3]}}})"),
+             Contains("expected a body (box, cylinder, sphere or mesh)"));
   CHECK_THROWS_AS(withJson({}, Json::parse("[]"), {Origin::Kind::state, ""}), InputError);
 }
 

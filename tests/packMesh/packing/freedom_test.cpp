@@ -168,10 +168,9 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     problem.physics.species.clear();
     const std::shared_ptr<const Container> half =
         makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
-    const auto left = std::make_shared<BodyRegion>(half, std::vector<std::shared_ptr<const Container>>{},
-                                                   lumen->bounds(), lumen->period());
-    const auto right = std::make_shared<BodyRegion>(
-        nullptr, std::vector<std::shared_ptr<const Container>>{half}, lumen->bounds(), lumen->period());
+    const auto left = std::make_shared<BodyRegion>(half, lumen->bounds(), lumen->period());
+    const auto right = std::make_shared<RegionDifference>(
+        nullptr, std::vector<std::shared_ptr<const Region>>{left}, lumen->bounds());
     base.freedom.cone = AxisCone{Vec3(0, 0, 1), 30.0 * degree};
     base.freedom.extraWallClearance = 1.5;
     base.count = 24;

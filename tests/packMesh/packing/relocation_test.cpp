@@ -114,9 +114,8 @@ TEST_CASE("A few cells may keep less than the clearances where that is permitted
   alone.count = 1;
   alone.start = {{1.0, Quaternion::Identity(), Vec3(16.0, 0.0, 0.0)}};
   const Box bounds = problem.physics.container->bounds();
-  alone.freedom.region =
-      std::make_shared<BodyRegion>(makeBox({Vec3(15, -5, -5), Vec3(17, 5, 5)}, {false, false, false}),
-                                   std::vector<std::shared_ptr<const Container>>(), bounds, Vec3::Zero());
+  alone.freedom.region = std::make_shared<BodyRegion>(
+      makeBox({Vec3(15, -5, -5), Vec3(17, 5, 5)}, {false, false, false}), bounds, Vec3::Zero());
   problem.physics.species.push_back(alone);
   problem.physics.wallClearance = 1.2;
   problem.execution.limits.maxSweeps = 600;
