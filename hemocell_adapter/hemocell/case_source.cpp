@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 
 #include "hemocell_adapter/base/plain_text.h"
@@ -105,18 +106,20 @@ std::optional<Call> callAt(const Code& code, std::size_t at, std::size_t open, c
   return {};
 }
 
-/// The calls of a member function with this number of arguments.
+/// The calls of a member function, or of one that is none, with this number of arguments; 0: any.
 std::vector<Call> callsOf(const std::string& name, std::size_t arguments, const Code& code,
-                          const std::string& file) {
+                          const std::string& file, bool ofMember = true) {
   std::vector<Call> calls;
   for (std::size_t at = code.bare.find(name); at != code.bare.npos; at = code.bare.find(name, at + 1)) {
     const std::size_t open = code.bare.find_first_not_of(blanks, at + name.size());
     const std::size_t before = at > 0 ? code.bare.find_last_not_of(blanks, at - 1) : code.bare.npos;
     if (open == code.bare.npos || code.bare[open] != '(' || before == code.bare.npos) continue;
     const bool arrow = before > 0 && code.bare.compare(before - 1, 2, "->") == 0;
-    if (code.bare[before] != '.' && !arrow) continue;
+    const char last = code.bare[at - 1];
+    const bool isPartOfName = std::isalnum(static_cast<unsigned char>(last)) || last == '_';
+    if (isPartOfName || ofMember != (code.bare[before] == '.' || arrow)) continue;
     std::optional<Call> call = callAt(code, at, open, file);
-    if (call && call->arguments.size() == arguments) calls.push_back(std::move(*call));
+    if (call && (arguments == 0 || call->arguments.size() == arguments)) calls.push_back(std::move(*call));
   }
   return calls;
 }
@@ -155,6 +158,13 @@ void scanSource(const std::string& text, const std::string& file, CaseSource& so
         {call.where, call.text, literalString(call.arguments[0]), literalNumber(call.arguments[1])});
   for (const Call& call : callsOf("setSystemPeriodicityLimit", 2, code, file))
     source.periodicity.push_back({literalNumber(call.arguments[0]), literalNumber(call.arguments[1])});
+  for (const Call& call : callsOf("setSystemPeriodicity", 2, code, file))
+    if (const auto axis = literalNumber(call.arguments[0]);
+        axis && call.arguments[1] == "true" && (*axis == 0.0 || *axis == 1.0 || *axis == 2.0))
+      source.periodicAxes.push_back({call.where, call.text, int(*axis)});
+  for (const Call& call : callsOf("defineDynamics", 0, code, file, false))  // (lattice, box, dynamics)
+    if (call.arguments.size() > 2 && call.arguments[2].find("BounceBack") != std::string::npos)
+      source.walls.push_back({call.where, call.text});
   for (const Call& call : callsOf("preInletFromSlice", 2, code, file))
     source.preInlets.push_back({call.where, call.text, directionIn(call.arguments[0]), {}});
   for (const Call& call : callsOf("autoPreinletFromBoundary", 1, code, file)) {

@@ -31,12 +31,25 @@ struct PeriodicityCall {
   std::optional<double> axis, limit;  ///< empty: not a literal
 };
 
+/// Call of defineDynamics(lattice, box, new BounceBack...), which makes the nodes of a box solid.
+struct WallCall {
+  std::string where, text;
+};
+
+/// Call of hemocell.setSystemPeriodicity(1, true) with literals.
+struct PeriodicAxis {
+  std::string where, text;
+  int axis = 0;
+};
+
 struct CaseSource {
   std::vector<std::string> files;   ///< names of the files that were read
   std::vector<std::string> unread;  ///< reasons why other files were not read
   std::vector<DistanceCall> distances;
   std::vector<PreInletCall> preInlets;
   std::vector<PeriodicityCall> periodicity;
+  std::vector<WallCall> walls;
+  std::vector<PeriodicAxis> periodicAxes;
 };
 
 /// Reads the C++ files of a folder, sorted by name; not those of subfolders.

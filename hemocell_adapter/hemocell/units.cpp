@@ -17,13 +17,14 @@ struct Unit {
   const char* name;
   double micrometres;
 };
-constexpr Unit units[] = {{"m", 1e6}, {"mm", 1e3}, {"µm", 1.0}, {"nm", 1e-3}};
+constexpr Unit units[] = {{"m", 1e6}, {"mm", 1e3}, {"cm", 1e4}, {"µm", 1.0}, {"nm", 1e-3}};
 
 /// Quality of the agreement of positions with a lumen after multiplication by a factor.
 struct Fit {
   double inside = 0.0;  ///< fraction of positions in the lumen
   double spread = 0.0;  ///< extent of the positions / extent of the lumen, along its longest axis
-  bool canBe = true;    ///< the volume of the cells fits into the box around the positions
+  double leastSpread = 0.0, mostSpread = 0.0;  ///< the same, along the axes where it is least and most
+  bool canBe = true;  ///< the volume of the cells fits into the box around the positions
 };
 
 Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double volumes, double factor,
@@ -45,6 +46,9 @@ Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double
   int longest = 0;
   bounds.size().maxCoeff(&longest);
   fit.spread = box.size()[longest] / bounds.size()[longest];
+  const Vec3 spreads = box.size().cwiseQuotient(bounds.size());
+  fit.leastSpread = spreads.minCoeff();
+  fit.mostSpread = spreads.maxCoeff();
   constexpr double radius = 4.0;  // [µm] of the largest cells: margin around their centres
   fit.canBe = volumes < box.grownBy(radius).volume();
   return fit;
@@ -67,17 +71,14 @@ std::optional<std::string> spacingWarning(double dx, const std::string& where) {
 
 std::string unitHint(double extent, double factor, double least, double most) {
   if (extent >= least && extent <= most) return "";
-  const Unit* best = nullptr;
-  double leastOff = std::log(most / least);  // from the centre of the plausible range
+  std::string hint;
   for (const Unit& unit : units) {
-    const double other = extent / factor * unit.micrometres,
-                 off = std::abs(std::log(other / std::sqrt(least * most)));
-    if (other < least || other > most || off >= leastOff) continue;
-    best = &unit;
-    leastOff = off;
+    const double other = extent / factor * unit.micrometres;
+    if (other >= least && other <= most)
+      hint += fmt::format("{}if {} in {}, the factor is {:.15g}", hint.empty() ? "; " : ", ",
+                          hint.empty() ? "the file is" : "it is", unit.name, unit.micrometres);
   }
-  return best ? fmt::format("; if the file is in {}, the factor is {:.15g}", best->name, best->micrometres)
-              : "";
+  return hint;
 }
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
@@ -110,7 +111,14 @@ std::optional<PositionFactor> positionFactor(const Container& container, const s
     best = candidate;
     widest = fit.spread;
   }
-  return best;
+  if (best || dx == 1.0) return best;
+  // Cells that were not packed into this very lumen fill its bounds all the same.
+  constexpr double fills = 0.75, exceeds = 1.05, partlyIn = 0.5;
+  const Fit inNodes = fitOf(container, positions, volumes, dx, ranks);
+  if (inNodes.leastSpread >= fills && inNodes.mostSpread <= exceeds && inNodes.inside >= partlyIn &&
+      inNodes.inside > given.inside && inNodes.canBe)
+    return candidates.front();
+  return {};
 }
 
 }  // namespace packmesh::hemocell

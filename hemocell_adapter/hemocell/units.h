@@ -18,8 +18,8 @@ namespace packmesh::hemocell {
 /// @param where origin of the value, for the message
 std::optional<std::string> spacingWarning(double dx, const std::string& where);
 
-/// "; if the file is in mm, the factor is 1000" if that factor moves `extent` into [least, most]; empty if
-/// there is no such factor or `extent` is already in the range.
+/// "; if the file is in mm, the factor is 1000, if it is in cm, the factor is 10000": units with which
+/// `extent` would be in [least, most]; empty if there is none or `extent` is already in the range.
 /// @param extent of the mesh with the given factor [µm]
 /// @param factor the given factor [µm per unit of the file]
 std::string unitHint(double extent, double factor, double least, double most);

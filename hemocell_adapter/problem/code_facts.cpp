@@ -229,4 +229,32 @@ std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* 
   return place;
 }
 
+std::vector<std::string> unreadWalls(const Request& request, const Case* simulation) {
+  std::vector<std::string> warnings;
+  if (!simulation || simulation->running || request.container) return warnings;
+  const std::string instead = "; packmesh::loadParticles() in the case knows the true ones";
+  const std::string lumen = simulation->domain.geometry
+                                ? "that of " + simulation->domain.geometry->filename().string()
+                                : "the box of <domain>";
+  if (simulation->domain.geometry && !simulation->source.walls.empty()) {
+    const WallCall& call = simulation->source.walls.front();
+    const std::size_t others = simulation->source.walls.size() - 1;
+    warnings.push_back(fmt::format(
+        "{}: {}{}: walls in boxes of nodes are not read from the code. The lumen is assumed to be {} without "
+        "them{}",
+        call.where, call.text, others > 0 ? fmt::format(" (and {} more)", others) : "", lumen, instead));
+  }
+  for (const PeriodicAxis& call : simulation->source.periodicAxes) {
+    const bool assumedClosed = simulation->domain.geometry
+                                   ? call.axis != 0
+                                   : request.walls.value_or("").find("xyz"[call.axis]) != std::string::npos;
+    if (assumedClosed)
+      warnings.push_back(
+          fmt::format("{0}: {1}: the lumen is assumed to be {2}, which ends along {3}, and not "
+                      "to be periodic along {3}{4}",
+                      call.where, call.text, lumen, "xyz"[call.axis], instead));
+  }
+  return warnings;
+}
+
 }  // namespace packmesh::hemocell

@@ -24,4 +24,7 @@ std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* 
 std::vector<SpeciesPlan> withDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan> all,
                                                 std::vector<std::string>& warnings);
 
+/// Warnings about walls and periodic axes that the code sets and that packing does not know.
+std::vector<std::string> unreadWalls(const Request& request, const Case* simulation);
+
 }  // namespace packmesh::hemocell

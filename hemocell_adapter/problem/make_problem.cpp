@@ -22,6 +22,7 @@
 #include "hemocell_adapter/problem/parts.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/problem/species_plans.h"
+#include "hemocell_adapter/problem/unseen_walls.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 
@@ -92,6 +93,7 @@ Scene makeScene(const CompletedRequest& completed, const Communicator& ranks, st
   const Case* const simulation = scene.simulation.get();
   Lumen lumen = makeLumen(scene.request, simulation, scene.preInlet);
   telling.ofLumen = {lumen.notices, lumen.repairs};
+  if (auto warning = unseenWallWarning(lumen)) telling.ofLumen.warnings.push_back(std::move(*warning));
   scene.lumen = withOtherSpacings(std::move(lumen), scene.request, simulation, scene.preInlet);
   scene.demanded = demanded.value_or(scene.request.demanded());
   // Membranes may extend further at another spacing.
@@ -231,6 +233,8 @@ Problem problemToPack(const CompletedRequest& completed, const Communicator& ran
   return madeTelling(completed, [&](Telling& telling) {
     std::vector<std::string>& warnings = telling.notices.warnings;
     const Case* const simulation = completed.simulation.get();
+    for (std::string& warning : unreadWalls(completed.request, simulation))
+      warnings.push_back(std::move(warning));
     std::vector<SpeciesPlan> plans = plansToPack(completed.request, simulation, warnings);
     if (simulation) plans = withDistancesFromSolid(*simulation, std::move(plans), warnings);
     Scene scene = makeScene(completed, ranks, std::move(plans), true, {}, telling);
@@ -251,6 +255,8 @@ Problem problemToCheck(const CompletedRequest& completed, const std::filesystem:
   return madeTelling(completed, [&](Telling& telling) {
     std::vector<std::string>& warnings = telling.notices.warnings;
     const Case* const simulation = completed.simulation.get();
+    for (std::string& warning : unreadWalls(completed.request, simulation))
+      warnings.push_back(std::move(warning));
     CheckedSpecies found = plansToCheck(completed.request, simulation, folder, warnings);
     if (simulation) found.plans = withDistancesFromSolid(*simulation, std::move(found.plans), warnings);
     Problem problem;

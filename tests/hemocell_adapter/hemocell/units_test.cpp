@@ -28,6 +28,18 @@ TEST_CASE("The factor of a mesh in another unit is found", "[units]") {
   CHECK_THAT(unitHint(5e7, 1e6, smallestVessel, largestVessel), Contains("in µm, the factor is 1"));
   CHECK_THAT(unitHint(0.01, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
   CHECK(unitHint(1e-30, 1.0, smallestVessel, largestVessel).empty());
+  CHECK(unitHint(5e-3, 1.0, smallestVessel, largestVessel) ==
+        "; if the file is in m, the factor is 1000000, if it is in mm, the factor is 1000, if it is in cm, "
+        "the factor is "
+        "10000");
+}
+
+TEST_CASE("Small cells are not taken for cells in another unit", "[units]") {
+  for (const double extent : {1.9, 3.0, 7.8, 15.0})
+    CHECK(unitHint(extent, 1.0, smallestCell, largestCell).empty());
+  CHECK(unitHint(8e-6, 1.0, smallestCell, largestCell) == "; if the file is in m, the factor is 1000000");
+  CHECK(unitHint(8e-3, 1.0, smallestCell, largestCell) == "; if the file is in mm, the factor is 1000");
+  CHECK_THAT(unitHint(8e-4, 1.0, smallestCell, largestCell), Contains("in cm, the factor is 10000"));
 }
 
 TEST_CASE("Positions in another unit are recognised", "[units]") {
@@ -52,6 +64,14 @@ TEST_CASE("Positions in another unit are recognised", "[units]") {
   CHECK(found(1e-3, 0.5) == 1e3);
   CHECK(found(1.5, 0.5) == Approx(2.0 / 3.0));  // made for 0.75 µm
   CHECK(found(0.1, 0.5) == 1.0);                // no unit explains it
+  // A box around the pipe in lattice units: a fifth of the cells is in no lumen, whatever the unit.
+  const std::vector<Vec3> inPipe = positions;
+  positions.clear();
+  for (int i = 0; i < 200; ++i) positions.emplace_back(uniform(0, 80), uniform(0, 24), uniform(0, 24));
+  CHECK(found(1.0, 0.5) == 1.0);
+  CHECK(found(2.0, 0.5) == 0.5);
+  CHECK(found(4.0, 0.25) == 0.25);
+  positions = inPipe;
   positions.resize(3);
   CHECK(found(2.0, 0.5) == 1.0);  // too few to tell
 }
@@ -97,6 +117,11 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
     writeText(folder.path() / "rod.stl", tubeStl(6e-6, 1e-6, 12));
     CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err,
                Contains("the factor is 1000000"));
+    writeText(folder.path() / "rod.stl", tubeStl(3, 0.5, 12));
+    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err, !Contains("the factor"));
+    writeText(folder.path() / "rod.stl", tubeStl(8e-3, 2e-3, 12));
+    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err,
+               Contains("in mm, the factor is 1000"));
   }
   SECTION("a <container> instead of the <geometry>") {
     writeText(folder.path() / "config.xml",

@@ -216,3 +216,40 @@ TEST_CASE("A request for a cell without a file lists the available cells", "[exe
                           Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
                           Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }
+
+TEST_CASE("Walls and periodic axes of the code that are not read are named", "[code_facts]") {
+  const SampleCase folder("<packing> <species name=\"RBC\" count=\"3\"/> </packing>");
+  const auto said = [&](const std::string& statements, const std::string& options = "") {
+    writeCode(folder.path(), code(statements));
+    const Ran ran = run(folder.path(), "config.xml --dry-run " + options);
+    CHECK(ran.exitCode == 0);
+    return ran.err;
+  };
+  const std::string plate =
+      "  defineDynamics(*hemocell.lattice, Box3D(0, nx - 1, 0, 0, 0, nz - 1), new BounceBack<T, "
+      "DESCRIPTOR>(1.));\n";
+  const std::string usual =
+      "  defineDynamics(*hemocell.lattice, *flags, hemocell.lattice->getBoundingBox(), new BounceBack<T, "
+      "DESCRIPTOR>(1.), 0);\n  hemocell.setSystemPeriodicity(0, true); hemocell.setSystemPeriodicity(1, "
+      "false);\n";
+  CHECK(said(usual).empty());
+  CHECK_THAT(said(usual + plate + plate),
+             Contains("case.cpp:5: defineDynamics(") &&
+                 Contains("(and 1 more): walls in boxes of nodes are not read") &&
+                 Contains("assumed to be that of tube.stl without them") &&
+                 Contains("packmesh::loadParticles()"));
+  CHECK_THAT(
+      said("  hemocell.setSystemPeriodicity(1, true);\n"),
+      Contains(
+          "case.cpp:3: setSystemPeriodicity(1, true): the lumen is assumed to be that of tube.stl, which "
+          "ends along y"));
+  CHECK(said("  // hemocell.setSystemPeriodicity(1, true);\n  hemocell.setSystemPeriodicity(axis, true);\n")
+            .empty());
+  writeText(folder.path() / "config.xml",
+            configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
+                      "<packing> <species name=\"RBC\" count=\"3\"/> </packing>"));
+  const std::string channel = plate + "  hemocell.setSystemPeriodicity(2, true);\n";
+  CHECK(said(channel, "--walls y").empty());
+  CHECK_THAT(said(channel, "--walls yz"),
+             Contains("the box of <domain>, which ends along z") && !Contains("BounceBack"));
+}
