@@ -85,15 +85,27 @@ class MaterialModel {
 
 }  // namespace
 
+MembraneConstants defaultMembrane(const std::string& name) {
+  MembraneConstants constants;
+  const auto set = [&](double link, double bend, double volume, double area) {
+    constants.link = link, constants.bend = bend, constants.volume = volume, constants.area = area;
+  };
+  if (startsWith(name, "PLT")) set(25.0, 250.0, 100.0, 8.0);
+  if (startsWith(name, "WBC")) set(60.0, 200.0, 20.0, 20.0);
+  return constants;
+}
+
 std::optional<CellModel> defaultModel(const std::string& name) {
   // HemoCell's cell templates.
-  if (name == "RBC") return CellModel{name, Construction::rbcFromSphere, 3.91, 600, 1.0, {}, {}};
-  if (name == "RBC_m") return CellModel{name, Construction::rbcFromSphere, 2.9, 600, 1.0, {}, {}};
-  if (name == "PLT")
-    return CellModel{name, Construction::ellipsoidFromSphere, 1.25, 66, 0.434782608696, {}, {}};
-  if (name == "PLT_m") return CellModel{name, Construction::ellipsoidFromSphere, 0.95, 66, 0.57, {}, {}};
-  if (name == "PLT_mko") return CellModel{name, Construction::ellipsoidFromSphere, 1.71, 66, 1.0, {}, {}};
-  if (name == "WBC") return CellModel{name, Construction::wbcSphere, 4.0, 600, 1.0, {}, {}};
+  const auto model = [&](Construction construction, double radius, int triangles, double aspect) {
+    return CellModel{name, construction, radius, triangles, aspect, {}, {}, defaultMembrane(name)};
+  };
+  if (name == "RBC") return model(Construction::rbcFromSphere, 3.91, 600, 1.0);
+  if (name == "RBC_m") return model(Construction::rbcFromSphere, 2.9, 600, 1.0);
+  if (name == "PLT") return model(Construction::ellipsoidFromSphere, 1.25, 66, 0.434782608696);
+  if (name == "PLT_m") return model(Construction::ellipsoidFromSphere, 0.95, 66, 0.57);
+  if (name == "PLT_mko") return model(Construction::ellipsoidFromSphere, 1.71, 66, 1.0);
+  if (name == "WBC") return model(Construction::wbcSphere, 4.0, 600, 1.0);
   return {};
 }
 
@@ -149,6 +161,17 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
   constexpr const char* volumeExpected = "the volume in µm³, e.g. 90";
   model.hemocellVolume = material.number("Volume", volumeExpected);
   if (model.hemocellVolume && !(*model.hemocellVolume > 0.0)) material.failValue("Volume", volumeExpected);
+
+  model.membrane = defaultMembrane(name);
+  const auto constant = [&](const char* tag, double& value) {
+    constexpr const char* expected = "a number that is not negative";
+    if (const std::optional<double> stated = material.number(tag, expected)) value = *stated;
+    if (value < 0.0) material.failValue(tag, expected);
+  };
+  constant("kLink", model.membrane.link);
+  constant("kBend", model.membrane.bend);
+  constant("kVolume", model.membrane.volume);
+  constant("kArea", model.membrane.area);
 
   if (*construction == Construction::meshFromStl) {
     constexpr const char* stlExpected = "the name of an STL file";

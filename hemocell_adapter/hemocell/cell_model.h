@@ -13,6 +13,7 @@
 #include "hemocell_adapter/settings/source.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/shape.h"
+#include "packMesh/soft/membrane.h"
 
 namespace packmesh::hemocell {
 
@@ -25,7 +26,11 @@ struct CellModel {
   double aspectRatio = 1.0;       ///< ELLIPSOID_FROM_SPHERE only
   std::filesystem::path stlFile;  ///< MESH_FROM_STL only; absolute or relative to the working directory
   std::optional<double> hemocellVolume;  ///< `<Volume>` [µm³]; used by HemoCell for its density output only
+  MembraneConstants membrane;            ///< `<kLink>`, `<kBend>`, `<kVolume>`, `<kArea>`
 };
+
+/// Those of HemoCell's cell templates for cells of this name (PLT*, WBC*; others: red cells).
+MembraneConstants defaultMembrane(const std::string& name);
 
 /// Half the thickness of RBC_FROM_SPHERE at distance r from its axis, both divided by the radius, is sqrt(1 -
 /// r²) (C0 + C2 r² + C4 r⁴) (Evans and Fung 1972, with HemoCell's coefficients).

@@ -69,7 +69,8 @@ OutputRequest settled(OutputRequest output, const CompletedRequest& completed) {
 
 OutputRequest outputsToPack(const CompletedRequest& completed) {
   OutputRequest output = settled(completed.request.output, completed);
-  if (completed.deformed && !output.stateFile && !(completed.simulation && completed.simulation->running))
+  const bool deformed = completed.deformed || completed.request.soft;
+  if (deformed && !output.stateFile && !(completed.simulation && completed.simulation->running))
     output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
   return output;
 }

@@ -277,7 +277,7 @@ void examineNumbers(const Scene& scene, Notices& notices) {
   for (const CellSpecies& species : scene.species) {
     volume += double(species.count) * species.meanVolume;
     if (species.mostCells() == 0) continue;
-    refuseTooLarge(scene, species);
+    if (!scene.request.soft) refuseTooLarge(scene, species);
     if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);
   }
   const double lumen = scene.lumen.container->volume();
@@ -285,6 +285,7 @@ void examineNumbers(const Scene& scene, Notices& notices) {
     throw InfeasibleError(fmt::format(
         "the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³", volume, lumen));
   }
+  if (scene.request.soft) return;
   if (!scene.request.bestEffort)
     for (const CellSpecies& species : scene.species) refuseBeyondKnown(species, *scene.lumen.container);
   if (volume > Forecast::possible * lumen && !scene.request.inColumns) {

@@ -16,6 +16,7 @@
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
+#include "hemocell_adapter/problem/softened.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "hemocell_adapter/session/examination.h"
@@ -149,9 +150,33 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
   return problem;
 }
 
-Packing Session::pack(const std::shared_ptr<const Problem>& problem, const OutputRequest& output) {
-  together(ranks_, [&] { requireMemory(problem->mostCells(), ranks_); });
+std::shared_ptr<const Problem> Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
+                                                      const OutputRequest& output) const {
+  ProgressLog progressLog(*problem);
+  std::vector<std::string> lines;
+  std::optional<Problem> soft = softened(
+      *problem, hooks_.interrupted,
+      [&](const Progress& progress) {
+        hooks_.progress ? hooks_.progress(progress, progressLog) : progressLog(progress);
+      },
+      lines);
+  if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
+  if (!soft)
+    throw AgreedFailure(
+        {ExitCode::outOfReach,
+         fmt::format(
+             "soft cells could not be packed within the limits, with at most {:.6g} pN on a vertex; {}. "
+             "Fewer cells are easier, or a larger force ({})",
+             problem->request.maxForce, delivery_.nothing, named("max-force"))});
+  for (const std::string& line : lines) log::info(line);
+  return std::make_shared<const Problem>(std::move(*soft));
+}
+
+Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
+  together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
   makeStateFolder(output, ranks_);
+  const std::shared_ptr<const Problem> problem =
+      requested->request.soft ? withSoftCells(requested, output) : requested;
   Attempts attempts(*problem, output, hooks_);
   Attempts::Found packing = attempts.withRoom(timer_);
   stateSaved_ = attempts.saved();

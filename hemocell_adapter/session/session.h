@@ -64,7 +64,7 @@ class Session {
   /// @param output of which checkpoints and states of the engine are written
   /// @throws AgreedFailure if not all cells could be packed (unless the request is content with those that
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
-  Packing pack(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
+  Packing pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output);
 
   /// Whether the last checkpoint has been written, also after a failure; whether there is one of this run.
   bool stateSaved() const { return stateSaved_; }
@@ -73,6 +73,9 @@ class Session {
 
  private:
   [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
+  /// The problem of packing cells that are deformed, if undeformed ones cannot be packed.
+  std::shared_ptr<const Problem> withSoftCells(const std::shared_ptr<const Problem>& problem,
+                                               const OutputRequest& output) const;
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing) const;
   Packing repeatInTiles(Packing before, bool withState) const;

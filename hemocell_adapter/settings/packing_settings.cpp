@@ -61,6 +61,17 @@ std::vector<Setting> methodSettings() {
           "order", &R::inColumns, "kind", {{"random", false}, {"columns", true}},
           "initial arrangement; columns: rouleaux of the species with the largest volume, denser than any "
           "random packing, in periodic boxes"),
+      setting(
+          "soft", &R::soft, flag(),
+          "cells deform by HemoCell's membrane laws where undeformed ones cannot be packed: in capillaries, "
+          "and up to a hematocrit of 0.9; the result is a state")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
+      setting("max-force", &R::maxForce, number("f", "pN", 0, true, 1e6),
+              "largest force on a vertex of a soft cell when HemoCell starts")
+          .byDefault("10")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
   };
 }
 

@@ -175,6 +175,8 @@ struct Request {
   std::uint64_t seed = 1;
   bool rotate = true;
   bool inColumns = false;              ///< the species with the largest volume starts in columns
+  bool soft = false;                   ///< cells deform where undeformed ones cannot be packed
+  double maxForce = 10.0;              ///< on a vertex of a deformed cell [pN]
   std::optional<double> ignoredScale;  ///< value of packCells' --scale
 
   // Limits, and what is done

@@ -33,6 +33,8 @@ constexpr double leastRange = 0.2;
 /// Cells are at rest when the largest force is less than this [pN]; halved, as long as HemoCell's forces are
 /// not as small as aimed at, down to the least.
 constexpr double atRest = 0.3, leastAtRest = 0.02;
+/// Interpolated distances to an edge of the wall are too large by at most this [spacings].
+constexpr double interpolationExcess = 0.26;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 25;
 constexpr std::int64_t reportEvery = 10;
@@ -46,9 +48,8 @@ WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
       at.distance -= demanded;
       return at;
     };
-  // Interpolated distances to an edge of the wall are too large by up to a quarter of the spacing.
   const SampledDistance& samples = wall.sampled(region);
-  const double excess = demanded + wall.slack();
+  const double excess = demanded + wall.slack() + interpolationExcess * samples.spacing();
   return [&samples, excess](const Vec3& p) {
     WallDistance at = samples.sample(p);
     at.distance -= excess;
@@ -258,8 +259,7 @@ class SoftPacker {
 
   void report(const SoftCells& cells) const {
     if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
-    problem_.execution.progress(
-        {"soft cells", cells.iterations(), cells.smallestScale(), cells.largestForce(), 0});
+    problem_.execution.progress({"soft cells", cells.iterations(), cells.smallestScale(), 0.0, 0});
   }
 
   const PackingProblem& problem_;

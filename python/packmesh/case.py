@@ -87,6 +87,8 @@ def pack(
     growth: Optional[Mapping[str, Any]] = None,
     order: Optional[str] = None,
     rotate: bool = True,
+    soft: bool = False,
+    max_force: Optional[Number] = None,
     seed: Optional[Integer] = None,
     max_time: Optional[Number] = None,
     max_iterations: Optional[Integer] = None,
@@ -148,6 +150,8 @@ def pack(
         builder, escape, growth: of "cat": "chords" or "cat-faces"; exchanges of cells; {"initialScale": 0.2}
         order: "random" (the default) or "columns" (rouleaux, in boxes with periodic ends)
         rotate: False keeps every orientation at 0
+        soft, max_force: cells deform by HemoCell's membrane laws where undeformed ones cannot be packed; the largest force on a vertex
+            then (10 pN)
         seed: of the random numbers (1)
     Limits:
         max_time: time limit; if not all cells fit, fewer are packed, which can take as long again
@@ -240,7 +244,7 @@ def _asked(**given: Any) -> Dict[str, Any]:
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None)
     for name in ("hematocrit", "discharge_hematocrit", "platelets", "flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice",
-                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "seed", "max_time",
+                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "max_force", "seed", "max_time",
                  "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         asked.set(name, given[name])
     ranges = mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}')
@@ -253,6 +257,7 @@ def _asked(**given: Any) -> Dict[str, Any]:
     asked.flag("hematocritVolume", given["fluid_volume"], "fluid")
     asked.flag("escape", given["escape"])
     asked.flag("bestEffort", given["best_effort"])
+    asked.flag("soft", given["soft"])
     asked.flag("rotate", not given["rotate"], False)
     asked.cells("fixed", given["fixed"])
     asked.cells("start", given["start"])

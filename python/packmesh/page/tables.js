@@ -160,7 +160,7 @@ function showOrder() {
 function showSettings() {
   const list = element("dl", { class: "settings" });
   const ofPacking = new Set(["seed", "method", "maxIterations", "maxTime", "hematocrit", "hematocritVolume", "builder", "escape",
-    "rotate", "order", "bestEffort", "realisations", "checkpointEvery", "growth", "growthFrames", "tile", "restart"]);
+    "rotate", "order", "soft", "maxForce", "bestEffort", "realisations", "checkpointEvery", "growth", "growthFrames", "tile", "restart"]);
   for (const [name, value] of Object.entries(report.configuration))
     if (!checked || !ofPacking.has(name)) list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
   addCard("Settings", list, noteOf("Names are those of packMesh --reference and --help; – stands for none."));

@@ -314,7 +314,7 @@ TEST_CASE("The closed form contains the template and is close to it everywhere",
         CHECK(most < 1e-7);
         CHECK(least > -2e-4 * dx - 1e-9);
       }
-  CHECK(!profileOf({"", Construction::meshFromStl, 1.0, 0, 1.0, {}, {}}, {}));
+  CHECK(!profileOf({"", Construction::meshFromStl, 1.0, 0, 1.0, {}, {}, {}}, {}));
 }
 
 TEST_CASE("Shapes of HemoCell's cells and of ellipsoids have the expected volume and extent", "[cell]") {
