@@ -70,16 +70,17 @@ class CellBuilder {
   int label(int point) const { return t_.labels[point]; }
   bool isWall(int point) const { return label(point) == wallLabel; }
 
-  /// Of some corners of a tetrahedron.
+  /// Of some corners of a tetrahedron, ascending.
   Middle middle(const std::array<int, 4>& points, int corners) const {
     Middle m{-1, -1, -1, -1};
     int count = 0, onWall = -1;
     for (int k = 0; k < 4; ++k) {
       if (!(corners >> k & 1)) continue;
-      m[count++] = points[k];
+      int at = count++;
+      for (; at > 0 && m[at - 1] > points[k]; --at) m[at] = m[at - 1];
+      m[at] = points[k];
       if (onWall < 0 && isWall(points[k])) onWall = points[k];
     }
-    std::sort(m.begin(), m.begin() + count);
     // Split points are moved to the container's corner; two of them are never requested.
     return atWall_ && onWall >= 0 ? Middle{onWall, -1, -1, -1} : m;
   }

@@ -558,7 +558,7 @@ def time_limit(j):
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=ENVIRONMENT, errors="replace")
             if done.returncode == 0:
                 break
-            require(done.returncode == 3 and "the time limit ended" in done.stdout + done.stderr,
+            require(done.returncode == 3 and "the time limit " in done.stdout + done.stderr,
                     f"exit code {done.returncode} on {ranks} ranks, {seconds} s\n" + (done.stdout + done.stderr)[-1500:])
         require(int((folder / "RBC.pos").read_text().split()[0]) > 0, f"nothing was packed on {ranks} ranks")
     j.check("--box 14 14 14 --ends periodic")
