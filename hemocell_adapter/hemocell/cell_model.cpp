@@ -83,7 +83,31 @@ class MaterialModel {
   const tinyxml2::XMLElement* element_ = nullptr;
 };
 
+StatedMembrane readMembrane(const MaterialModel& material) {
+  MembraneConstants constants;
+  StatedMembrane membrane;
+  int stated = 0;
+  for (const auto& [tag, constant] : {std::pair{"kLink", &MembraneConstants::link},
+                                      {"kBend", &MembraneConstants::bend},
+                                      {"kVolume", &MembraneConstants::volume},
+                                      {"kArea", &MembraneConstants::area}}) {
+    constexpr const char* expected = "a number that is not negative";
+    const std::optional<double> value = material.number(tag, expected);
+    if (value && *value < 0.0) material.failValue(tag, expected);
+    if (!value) membrane.missing.emplace_back(tag);
+    if (value) ++stated;
+    constants.*constant = value.value_or(0.0);
+  }
+  if (stated == 0) return {};
+  membrane.constants = constants;
+  return membrane;
+}
+
 }  // namespace
+
+StatedMembrane readMembrane(const std::filesystem::path& file) {
+  return readMembrane(MaterialModel(file));
+}
 
 MembraneConstants defaultMembrane(const std::string& name) {
   MembraneConstants constants;
@@ -98,7 +122,7 @@ MembraneConstants defaultMembrane(const std::string& name) {
 std::optional<CellModel> defaultModel(const std::string& name) {
   // HemoCell's cell templates.
   const auto model = [&](Construction construction, double radius, int triangles, double aspect) {
-    return CellModel{name, construction, radius, triangles, aspect, {}, {}, defaultMembrane(name)};
+    return CellModel{name, construction, radius, triangles, aspect, {}, {}, {}};
   };
   if (name == "RBC") return model(Construction::rbcFromSphere, 3.91, 600, 1.0);
   if (name == "RBC_m") return model(Construction::rbcFromSphere, 2.9, 600, 1.0);
@@ -162,16 +186,7 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
   model.hemocellVolume = material.number("Volume", volumeExpected);
   if (model.hemocellVolume && !(*model.hemocellVolume > 0.0)) material.failValue("Volume", volumeExpected);
 
-  model.membrane = defaultMembrane(name);
-  const auto constant = [&](const char* tag, double& value) {
-    constexpr const char* expected = "a number that is not negative";
-    if (const std::optional<double> stated = material.number(tag, expected)) value = *stated;
-    if (value < 0.0) material.failValue(tag, expected);
-  };
-  constant("kLink", model.membrane.link);
-  constant("kBend", model.membrane.bend);
-  constant("kVolume", model.membrane.volume);
-  constant("kArea", model.membrane.area);
+  model.membrane = readMembrane(material);
 
   if (*construction == Construction::meshFromStl) {
     constexpr const char* stlExpected = "the name of an STL file";

@@ -17,6 +17,12 @@
 
 namespace packmesh::hemocell {
 
+/// `<kLink>`, `<kBend>`, `<kVolume>` and `<kArea>` of `<Cell>.xml`.
+struct StatedMembrane {
+  std::optional<MembraneConstants> constants;  ///< empty: there are none
+  std::vector<std::string> missing;            ///< tags of some, if there are others
+};
+
 /// The shape of a cell as specified by `<Cell>.xml`.
 struct CellModel {
   std::string name;
@@ -26,8 +32,11 @@ struct CellModel {
   double aspectRatio = 1.0;       ///< ELLIPSOID_FROM_SPHERE only
   std::filesystem::path stlFile;  ///< MESH_FROM_STL only; absolute or relative to the working directory
   std::optional<double> hemocellVolume;  ///< `<Volume>` [µm³]; used by HemoCell for its density output only
-  MembraneConstants membrane;            ///< `<kLink>`, `<kBend>`, `<kVolume>`, `<kArea>`
+  StatedMembrane membrane;
 };
+
+/// @throws InputError with file, line, tag, value and what was expected
+StatedMembrane readMembrane(const std::filesystem::path& file);
 
 /// Those of HemoCell's cell templates for cells of this name (PLT*, WBC*; others: red cells).
 MembraneConstants defaultMembrane(const std::string& name);

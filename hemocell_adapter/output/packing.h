@@ -15,6 +15,7 @@
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/soft/membrane.h"
 
 namespace packmesh::hemocell {
 
@@ -49,6 +50,13 @@ struct Kept {
   }
 };
 
+/// How much the cells of a packing are deformed that have meshes of their own.
+struct Deformations {
+  std::int64_t cells = 0;
+  Deformation most;          ///< the largest of each
+  double medianForce = 0.0;  ///< of the largest on each cell [pN]
+};
+
 /// Cells that were packed, continued, loaded or read to be checked, certified and counted. Each rank has its
 /// share of them.
 struct Packing {
@@ -62,7 +70,8 @@ struct Packing {
   Tally tally;                           ///< of all ranks
   Kept kept;
   RunTimes times;
-  bool checked = false;  ///< cells of files or states, as they are
+  bool checked = false;                           ///< cells of files or states, as they are
+  std::optional<Deformations> deformations = {};  ///< of all ranks, if cells were to be soft and are deformed
   /// If the request asks for a state file: to be written with the cells.
   std::optional<PackingState> state = {};
   /// Of a packing that was repeated in a larger box: the one before.

@@ -236,6 +236,13 @@ Report realisationOf(const OutputRequest& output) {
   return {{"number", i}, {"of", all}, {"previous", folder(i - 1)}, {"next", folder(i + 1)}};
 }
 
+Report reportOfDeformations(const std::optional<Deformations>& all) {
+  if (!all) return nullptr;
+  return {{"cells", all->cells},        {"force", all->most.force}, {"medianForce", all->medianForce},
+          {"volume", all->most.volume}, {"area", all->most.area},   {"triangle", all->most.triangle},
+          {"edge", all->most.edge}};
+}
+
 const char* outcomeOf(const Packing& packing) {
   if (packing.checked) return "checked";
   return packing.result.outcome == Outcome::certified ? "certified" : "bestEffort";
@@ -258,6 +265,7 @@ Report makeReport(const Packing& packing, const PackingMeasures& measures) {
   all["hematocrit"] = hematocritOf(packing);
   all["certificate"] = certificateOf(packing.result.certificate);
   all["hemocell"] = reportOfKept(packing);
+  all["soft"] = reportOfDeformations(packing.deformations);
   all["measures"] = reportOfMeasures(measures, *packing.problem);
   all["statistics"] = statisticsOf(packing.result.statistics);
   all["repeated"] = repeatedOf(packing.before);

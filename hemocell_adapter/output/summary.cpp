@@ -9,6 +9,7 @@
 #include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/soft_species.h"
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {
@@ -143,6 +144,15 @@ std::string reachedText(const Packing& packing) {
                      problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
+std::vector<std::string> deformationLines(const Deformations& all) {
+  const Deformation& most = all.most;
+  return {
+      fmt::format("Soft cells: {} deformed; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
+                  all.cells, most.force, all.medianForce),
+      fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
+                  100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
+}
+
 std::vector<std::string> regionLines(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const std::vector<Part>& parts = packing.packed.parts;
@@ -254,6 +264,8 @@ std::vector<std::string> headLines(const Problem& problem) {
       lines.push_back(
           fmt::format("{} ({:.2f} % of the lumen)", regionText(region, divides), 100.0 * region.share));
   if (problem.layout.profile) lines.push_back("Profile: " + problem.layout.profile->source);
+  if (problem.request.soft)
+    for (std::string& line : softnessLines(problem)) lines.push_back(std::move(line));
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",

@@ -22,6 +22,9 @@ std::vector<std::string> footLines(const Packing& packing);
 /// Description of the result if not all cells could be packed.
 std::string reachedText(const Packing& packing);
 
+/// What HemoCell starts with, of soft cells.
+std::vector<std::string> deformationLines(const Deformations& deformations);
+
 /// Where the cells of flowing blood are from. @param deformed cells of each species, of all ranks
 std::vector<std::string> bloodLines(const Packing& packing, const std::vector<std::int64_t>& deformed);
 /// Red cells and hematocrit of each region, by where their centres are.

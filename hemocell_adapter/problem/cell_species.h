@@ -62,6 +62,7 @@ struct SpeciesPlan {
   std::string fixedFrom, startFrom;               ///< files
   double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;
+  bool rigid = false;  ///< its cells keep their shape beside soft ones
 
   /// Wall clearance of its cells, and by how much it exceeds that of the others [µm].
   double wallClearance(double ofAll) const { return std::max(ofAll, ownWallClearance); }

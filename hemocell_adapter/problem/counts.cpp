@@ -112,8 +112,8 @@ void refuseTooLarge(const Scene& scene, const CellSpecies& species) {
   }
   if (fits && (endless || cell.maxCoeff() < room.norm())) return;
   throw InputError(fmt::format(
-      "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm)",
-      species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
+      "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm){}",
+      species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2], softInstead(scene)));
 }
 
 /// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
@@ -129,7 +129,8 @@ void refuseWithoutNode(const CellSpecies& species) {
 /// this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004), red cells
 /// less (docs/explanation/speed.md, crystals); meshes of other shapes may fill more. A few cells may fit a
 /// lumen with walls exactly.
-void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
+void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
+  const Container& lumen = *scene.lumen.container;
   constexpr double densestKnown = 0.7707, rounding = 1e-9;
   constexpr std::int64_t many = 100;
   const double part = double(species.count) * species.meanVolume / lumen.volume();
@@ -143,8 +144,8 @@ void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
     throw InfeasibleError(fmt::format(
         "the requested cells '{}' fill {:.4f} of the lumen; no packing of such cells beyond {:.4f} is "
         "known. Reduce the number; " +
-            named("best-effort") + " packs as many as possible",
-        species.name, part, densestKnown));
+            named("best-effort") + " packs as many as possible{}",
+        species.name, part, densestKnown, softInstead(scene)));
 }
 
 }  // namespace
@@ -287,13 +288,13 @@ void examineNumbers(const Scene& scene, Notices& notices) {
   }
   if (scene.request.soft) return;
   if (!scene.request.bestEffort)
-    for (const CellSpecies& species : scene.species) refuseBeyondKnown(species, *scene.lumen.container);
+    for (const CellSpecies& species : scene.species) refuseBeyondKnown(scene, species);
   if (volume > Forecast::possible * lumen && !scene.request.inColumns) {
     notices.warnings.push_back(
         fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
                     "cells is known; " +
                         named("max-time") + " and " + named("best-effort") + " limit the run time{}",
-                    volume / lumen, Forecast::possible, columnsInstead(scene)));
+                    volume / lumen, Forecast::possible, denserInstead(scene)));
   }
 }
 

@@ -148,7 +148,10 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
 
 /// Whether the cells can be packed.
 std::string verdict(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
-  if (never) return fmt::format("Infeasible: {}", *never);
+  if (problem.request.soft && (never || f.effectiveFraction > Forecast::easy))
+    return fmt::format("Undeformed cells probably cannot be packed ({}): cells will be soft",
+                       never ? *never : fmt::format("effective fraction {:.3f}", f.effectiveFraction));
+  if (never) return fmt::format("Infeasible: {}{}", *never, softInstead(problem));
   if (f.effectiveFraction <= Forecast::easy)
     return fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
                        Forecast::easy);
@@ -156,14 +159,14 @@ std::string verdict(const Problem& problem, const Forecast& f, const std::option
     return fmt::format(
         "At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
             named("max-time") + " and " + named("best-effort") + " limit the effort{}",
-        Forecast::easy, Forecast::possible, columnsInstead(problem));
+        Forecast::easy, Forecast::possible, denserInstead(problem));
   return fmt::format(
       "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
           named("best-effort") + " give the densest packing found{}",
       f.effectiveFraction < 1.0
           ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
           : fmt::format("far above {:.2f}", Forecast::possible),
-      columnsInstead(problem));
+      denserInstead(problem));
 }
 
 }  // namespace
@@ -255,7 +258,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   if (problem.request.realisations > 1)
     lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
                                 problem.request.realisations));
-  return {std::move(lines), never.has_value(), f.seconds};
+  return {std::move(lines), never && !problem.request.soft, f.seconds};
 }
 
 }  // namespace packmesh::hemocell

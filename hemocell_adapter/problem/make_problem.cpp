@@ -21,6 +21,7 @@
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "hemocell_adapter/problem/plan_profile.h"
+#include "hemocell_adapter/problem/soft_species.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/problem/unseen_walls.h"
 #include "packMesh/core/error.h"
@@ -107,6 +108,7 @@ Scene makeScene(const CompletedRequest& completed, const Communicator& ranks, st
 }
 
 void refuseContradictions(const Request& request) {
+  if (request.soft) refuseBesideSoft(request);
   for (const RegionRequest& region : request.regions)
     if (region.hematocrit && !request.hematocrit)
       throw InputError(
@@ -215,6 +217,7 @@ Problem prepareToPack(Scene scene, Notices& notices) {
   std::vector<LumenRegion> regions =
       makeRegions(scene.request, hematocrit, scene.lumen, scene.team, notices.repairs);
   Problem problem = divideIntoParts(std::move(scene), hematocrit, std::move(regions), notices);
+  if (problem.request.soft) requireMembranes(problem);
   problem.read = linesOfPresent(problem.species);
   const auto warn = [&](std::vector<std::string> warnings) { notices.append({std::move(warnings), {}}); };
   warn(limitWarnings(problem, countMostCells(problem)));

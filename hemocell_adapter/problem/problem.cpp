@@ -15,14 +15,20 @@ void Notices::append(const Notices& later) {
   repairs.insert(repairs.end(), later.repairs.begin(), later.repairs.end());
 }
 
-std::string columnsInstead(const Scene& scene) {
+std::string softInstead(const Scene& scene) {
+  const bool possible = !scene.request.soft && scene.request.method == Method::relaxation;
+  return possible ? "; " + named("soft") + " lets cells deform where undeformed ones do not fit" : "";
+}
+
+std::string denserInstead(const Scene& scene) {
   const bool bound = std::any_of(scene.species.begin(), scene.species.end(), [](const CellSpecies& s) {
     return s.cone || !s.fixed.empty() || !s.start.empty();
   });
   const bool possible = !scene.request.inColumns && scene.request.regions.empty() &&
                         scene.request.method == Method::relaxation && scene.request.rotate && !bound &&
                         scene.lumen.container->period().minCoeff() > 0.0;
-  return possible ? "; " + named("order", "columns") + " packs red cells up to 0.65, not at random" : "";
+  return (possible ? "; " + named("order", "columns") + " packs red cells up to 0.65, not at random" : "") +
+         softInstead(scene);
 }
 
 Physics physicsOf(const Scene& scene) {

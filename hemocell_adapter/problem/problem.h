@@ -116,9 +116,11 @@ struct Problem : Scene {
   std::vector<std::string> unchecked;  ///< .pos files that a check cannot examine
 };
 
-/// Hint for requests beyond random packing: "; --order columns ...", or empty if columns (see Columns) are
-/// not possible for that problem.
-std::string columnsInstead(const Scene& scene);
+/// Hints for requests beyond random packing: "; --order columns ...", if columns (see Columns) are possible
+/// for that problem, and those of softInstead().
+std::string denserInstead(const Scene& scene);
+/// "; --soft ...", or empty if cells are soft already or cannot be.
+std::string softInstead(const Scene& scene);
 
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
 /// and measure cells, not to pack them.

@@ -5,29 +5,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
+#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/soft_species.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 /// HemoCell deletes cells with a vertex on a solid node: a vertex this far from the wall is on none [dx].
 const double wallRoom = std::sqrt(0.5);
-/// Iterations with that room; in capillaries that leave no room for it, cells may be nearer to the wall.
+/// Iterations with that room, and its share of the time that is left; in capillaries that leave no room for
+/// it, cells may be nearer to the wall. A tenth of the time is for the certificate.
 constexpr std::int64_t iterationsWithRoom = 4000;
+constexpr double shareWithRoom = 0.5, shareOfTime = 0.9;
+constexpr double leastSeconds = 1e-3;  ///< of packing at the time limit; 0 would be none
 
-std::vector<MembraneConstants> membranesOf(const Problem& problem, const PackedParts& packed) {
-  std::vector<MembraneConstants> membranes;
+std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& packed) {
+  std::vector<SoftSpecies> soft;
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
-    membranes.push_back(species.kind == SpeciesPlan::Template::model ? species.model.membrane
-                                                                     : defaultMembrane(species.name));
-    membranes.back().spacing = problem.request.dx;
+    soft.push_back({membraneOf(problem, species), species.rigid});
   }
-  return membranes;
+  return soft;
 }
 
 /// The species with these cells, which are all there; fixed ones stay.
@@ -37,6 +39,11 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& pa
   for (std::size_t s = 0; s < plans.size(); ++s) {
     SpeciesPlan& species = plans[s];
     species.start.clear();
+    for (PresentCell& cell : species.fixed) {
+      if (cell.shape < 0) continue;
+      cell.vertices = problem.shapes[cell.shape]->mesh().vertices;
+      cell.shape = -1;
+    }
     species.ownTriangles = problem.species[s].shape->mesh().triangles;
     species.blood = {};
     species.startFrom = "packing soft cells";
@@ -56,60 +63,133 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& pa
   return plans;
 }
 
-}  // namespace
-
-std::vector<std::string> deformationLines(const std::vector<SoftlyPackedCell>& cells) {
-  std::vector<double> forces;
-  Deformation most;
-  const auto enlarge = [](double& largest, double change) {
-    if (std::abs(change) > std::abs(largest)) largest = change;
-  };
-  for (const SoftlyPackedCell& cell : cells) {
-    const Deformation& d = cell.deformation;
-    forces.push_back(d.force);
-    enlarge(most.volume, d.volume);
-    enlarge(most.area, d.area);
-    enlarge(most.triangle, d.triangle);
-    enlarge(most.edge, d.edge);
+/// The problem of these cells, which states the request of the one that they were packed for.
+Problem problemOfCells(const Problem& problem, const PackedParts& packed, const Clearances& clearances,
+                       const std::vector<SoftlyPackedCell>& cells) {
+  CompletedRequest there{problem.request, problem.simulation, {}, {}};
+  there.request.regions.clear();
+  there.request.profile.reset();
+  there.request.dischargeHematocrit.reset();
+  there.request.hematocrit.reset();
+  for (SpeciesRequest& species : there.request.species) species.inBlood = false;
+  there.preInlet = problem.preInlet;
+  Problem made = problemWithCells(there, softPlans(problem, packed, cells), clearances, problem.ranks);
+  made.request = problem.request;
+  for (SpeciesRequest& species : made.request.species) species.inBlood = false;
+  made.hematocrit = problem.hematocrit;
+  made.layout.profile = problem.layout.profile;
+  for (std::size_t s = 0; s < made.species.size(); ++s) {
+    made.species[s].statedCount = problem.species[s].statedCount;
+    made.species[s].ratio = problem.species[s].ratio;
+    made.species[s].ofRegions = problem.species[s].ofRegions;
   }
-  std::sort(forces.begin(), forces.end());
-  return {
-      fmt::format("Soft cells: {} deformed; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
-                  cells.size(), forces.back(), forces[forces.size() / 2]),
-      fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
-                  100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
+  return made;
 }
 
-std::optional<Problem> softened(const Problem& problem, const std::function<bool()>& interrupted,
-                                const std::function<void(const Progress&)>& progress,
-                                std::vector<std::string>& lines) {
+/// Deviations that packing undeformed cells tolerates, and that are not worth telling [µm; rad].
+constexpr double littleOutside = 0.01, littleTurned = 1e-3;
+
+/// Cells that were kept in regions and to directions before they grew, and are not any more.
+std::optional<std::string> strayWarning(const Problem& problem, const PackedParts& packed,
+                                        const std::vector<SoftlyPackedCell>& cells) {
+  std::int64_t outside = 0, turned = 0;
+  for (const SoftlyPackedCell& cell : cells) {
+    const Freedom& freedom = packed.parts[cell.species].cells.freedom;
+    if (freedom.region && freedom.region->distance(cell.pose.position).distance < -littleOutside) ++outside;
+    if (freedom.cone && freedom.cone->angle(cell.pose.orientation) > freedom.cone->spread + littleTurned)
+      ++turned;
+  }
+  std::string text;
+  if (outside > 0)
+    text = fmt::format("{} of {} cells have their centres outside of their {}", outside, cells.size(),
+                       problem.layout.profile ? "layers of the profile" : "regions");
+  if (turned > 0)
+    text += fmt::format("{}{} of {} cells are turned beyond their spread", text.empty() ? "" : ", ", turned,
+                        cells.size());
+  if (text.empty()) return {};
+  return text + ": soft cells are kept to these only until they grow";
+}
+
+/// What is in regions at the end.
+std::vector<std::string> regionLines(const Problem& problem, const PackedParts& packed,
+                                     const std::vector<SoftlyPackedCell>& cells) {
+  const std::vector<LumenRegion>& regions = problem.layout.regions;
+  std::vector<std::string> lines;
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    std::string text;
+    double redVolume = 0.0;
+    for (std::size_t s = 0; s < problem.species.size(); ++s) {
+      const CellSpecies& species = problem.species[s];
+      std::int64_t here = 0;
+      for (const SoftlyPackedCell& cell : cells)
+        here +=
+            packed.parts[cell.species].species == int(s) && regionAt(regions, cell.pose.position) == int(r);
+      for (const PosLine& line : species.fixed) here += regionAt(regions, line.position) == int(r);
+      if (species.redCell) redVolume += double(here) * species.meanVolume;
+      text += fmt::format(", {} {}", here, species.name);
+    }
+    lines.push_back(fmt::format("Hematocrit of {}: {:.4f}{} with their centres in it", regions[r].name,
+                                redVolume / (problem.referenceVolume() * regions[r].share), text));
+  }
+  return lines;
+}
+
+std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
+  const std::string after = fmt::format(" after {} iterations", packed.iterations);
+  if (packed.scale == 0.0) return "not even cells much smaller than those requested could be packed";
+  if (packed.scale < 1.0)
+    return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
+  return fmt::format("the largest force on a vertex was {:.2f} pN", packed.force) + after +
+         fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+}
+
+}  // namespace
+
+Softened softened(const Problem& problem, const std::function<bool()>& interrupted,
+                  const std::function<void(const Progress&)>& progress,
+                  const std::function<double()>& elapsed) {
   std::vector<Clearances> levels = {problem.demanded};
   if (problem.request.choosesWallClearance() && problem.lumen.solidWalls && problem.lumen.container->wall()) {
     levels.insert(levels.begin(), problem.demanded);
     levels.front().wall = std::max(problem.demanded.wall, wallRoom * problem.request.dx);
   }
+  Softened made;
   for (std::size_t n = 0; n < levels.size(); ++n) {
+    const bool last = n + 1 == levels.size();
     const PackedParts packed = partsAt(problem, problem.layout, levels[n]);
+    PackingProblem packing = packingProblemOf(problem, packed, interrupted, progress);
+    if (const double most = problem.request.maxSeconds; most > 0.0)
+      packing.execution.limits.maxSeconds =
+          std::max(leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
     SoftLimits limits;
     limits.force = problem.request.maxForce;
     limits.aim = std::min(limits.aim, 0.9 * limits.force);
-    if (n + 1 < levels.size()) limits.iterations = iterationsWithRoom;
-    const SoftPacking soft = packSoft(packingProblemOf(problem, packed, interrupted, progress),
-                                      membranesOf(problem, packed), limits);
-    if (soft.outcome == Outcome::interrupted) return {};
-    if (soft.outcome != Outcome::certified) continue;
-    if (soft.cells.empty()) return problem;
-    lines = deformationLines(soft.cells);
-    CompletedRequest there{problem.request, problem.simulation, {}, {}};
-    there.request.regions.clear();
-    there.request.inColumns = false;
-    there.request.profile.reset();
-    there.request.dischargeHematocrit.reset();
-    there.request.hematocrit.reset();
-    there.preInlet = problem.preInlet;
-    return problemWithCells(there, softPlans(problem, packed, soft.cells), levels[n], problem.ranks);
+    if (!last) limits.iterations = iterationsWithRoom;
+    if (problem.request.maxIterations)
+      limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
+    const SoftPacking soft = packSoft(packing, softSpecies(problem, packed), limits);
+    if (soft.outcome == Outcome::interrupted) return made;
+    if (soft.outcome != Outcome::certified) {
+      made.failure = failureOf(soft, limits);
+      continue;
+    }
+    if (soft.startScale == 1.0) {
+      made.problem = problem;
+      return made;
+    }
+    if (last && levels.size() > 1)
+      made.notices.warnings.push_back(
+          fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
+                      "node: HemoCell "
+                      "deletes cells with a vertex on one, and a smaller dx leaves them more room",
+                      levels.front().wall));
+    if (auto warning = strayWarning(problem, packed, soft.cells))
+      made.notices.warnings.push_back(std::move(*warning));
+    made.lines = regionLines(problem, packed, soft.cells);
+    made.problem = problemOfCells(problem, packed, levels[n], soft.cells);
+    return made;
   }
-  return {};
+  return made;
 }
 
 }  // namespace packmesh::hemocell

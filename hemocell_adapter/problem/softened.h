@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "hemocell_adapter/problem/problem.h"
@@ -11,16 +12,19 @@
 
 namespace packmesh::hemocell {
 
-/// What HemoCell starts with: the changes of the deformed cells, as lines of the summary.
-std::vector<std::string> deformationLines(const std::vector<SoftlyPackedCell>& cells);
+struct Softened {
+  /// Of packing the cells where they are; nothing if they could not be packed, or that was interrupted.
+  std::optional<Problem> problem;
+  std::string failure;  ///< why they could not: "the cells grew to 0.91 of their size"
+  Notices notices;
+  std::vector<std::string> lines;  ///< where the cells of regions are
+};
 
-/// Packs the cells of a problem, which may deform (packMesh/soft/soft_packing.h). All ranks call.
-/// @param lines about the deformations are appended
-/// @return the problem of packing these cells, which are where they are to be; the same one if undeformed
-/// cells can be
-///   packed easily; nothing if the cells cannot be packed within the limits, or if that was interrupted
-std::optional<Problem> softened(const Problem& problem, const std::function<bool()>& interrupted,
-                                const std::function<void(const Progress&)>& progress,
-                                std::vector<std::string>& lines);
+/// Packs the cells of a problem, which may deform (packMesh/soft/soft_packing.h). All ranks call. If
+/// undeformed cells can be packed easily, the problem is the same one.
+/// @param elapsed of the time limit, the same on all ranks [s]
+Softened softened(const Problem& problem, const std::function<bool()>& interrupted,
+                  const std::function<void(const Progress&)>& progress,
+                  const std::function<double()>& elapsed);
 
 }  // namespace packmesh::hemocell

@@ -175,6 +175,8 @@ void useRunning(const RunningSystem& running, const SpeciesRequest& request, Spe
   species.builtMesh = built->mesh;
   species.model.hemocellVolume = built->hemocellVolume;
   species.origin = "built by HemoCell";
+  const fs::path xml = request.name + ".xml";  // as HemoCell has read it
+  if (isThere(xml)) species.model.membrane = readMembrane(xml);
 }
 
 /// The shape of cells of this name in HemoCell and packCells.
@@ -212,6 +214,7 @@ SpeciesPlan planOf(const SpeciesRequest& request, const Request& all, const Case
   species.ownWallClearance =
       std::max(request.wallClearance.value_or(0.0), species.redCell ? all.cellFreeLayer : 0.0);
   species.cone = coneOf(request);
+  species.rigid = request.rigid.value_or(false);
   readPresent(request, species, warnings);
   resolveNumber(all, request, species);
   resolveTemplate(simulation, request, species);

@@ -68,7 +68,8 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
   if (packing.result.outcome != Outcome::certified || !problem.lumen.solidWalls ||
       !problem.lumen.container->wall())
     return;
-  if (levels.size() == 1) {  // stated, or the cells stay where they are
+  if (problem.request.soft) return;  // said of soft cells when they are made
+  if (levels.size() == 1) {          // stated, or the cells stay where they are
     const double gap = packing.result.certificate.minimumWallGap;
     if (triesMoreClearance(problem.request) && problem.request.choosesWallClearance() &&
         gap < leastWallRoom(problem.request))

@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/base/log.h"
+#include "packMesh/soft/soft_packing.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -49,18 +50,20 @@ void ProgressLog::operator()(const Progress& progress) {
 }
 
 std::optional<double> ProgressLog::expectedSeconds() {
-  if (problem_.request.method != Method::relaxation) return {};
+  if (problem_.request.method != Method::relaxation || problem_.request.soft) return {};
   if (!forecast_) forecast_ = forecastOf(problem_);
   if (!forecast_->seconds) return {};
   return *forecast_->seconds / (problem_.ranks.size() * problem_.team.count());
 }
 
 std::string ProgressLog::text(const Progress& progress, double seconds) {
-  const bool grows = progress.stage == "growth";
+  const bool grows = progress.stage == "growth", soft = progress.stage == softCellsStage;
   std::string line =
-      fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
+      fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows || soft ? "iteration" : "sweep",
                   progress.sweep, hematocrit_ * std::pow(progress.scale, 3.0));
-  if (grows)
+  if (soft)
+    line += progress.scale < 1.0 ? fmt::format(" at scale {:.2f}", progress.scale) : ", coming to rest";
+  else if (grows)
     line += fmt::format(" at scale {:.2f}, {} cells below it", progress.scale, progress.unresolved);
   else
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/base/exit_codes.h"
@@ -16,6 +19,7 @@
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
+#include "hemocell_adapter/problem/soft_species.h"
 #include "hemocell_adapter/problem/softened.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/session/attempts.h"
@@ -55,8 +59,8 @@ std::string failureText(const Packing& packing, const Delivery& delivery) {
          (result.cellCount == 0
               ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
-         (forecast.effectiveFraction > Forecast::easy ? columnsInstead(problem) : "") + ". " +
-         roomText(problem, forecast, sample);
+         (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : softInstead(problem)) +
+         ". " + roomText(problem, forecast, sample);
 }
 
 /// A result with the numbers of its cells on all ranks. All ranks call.
@@ -100,6 +104,33 @@ void requireVerified(const Packing& packing, const Delivery& delivery) {
                    result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
                    result.certificate.misplaced.size(), result.certificate.selfIntersecting.size(),
                    kept.asExpected() ? "no" : kept.reasons.front().first, delivery.nothing)});
+}
+
+/// How much the cells of a verified packing are deformed; nothing if they are not. All ranks call.
+std::optional<Deformations> deformationsOf(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  std::vector<std::unique_ptr<const Membrane>> membranes;
+  for (const CellSpecies& species : problem.species)
+    membranes.push_back(std::make_unique<Membrane>(species.shape->mesh(), membraneOf(problem, species)));
+  std::vector<Deformation> own;
+  for (const PlacedCell& cell : packing.result.cells)
+    if (problem.isDeformed(cell))
+      own.push_back(deformationOf(*membranes[cell.species], problem.shapes[cell.shape]->mesh().vertices));
+  const std::vector<Deformation> all = problem.ranks.gatherAll(own);
+  if (all.empty()) return {};
+  Deformations made;
+  made.cells = std::int64_t(all.size());
+  std::vector<double> forces;
+  for (const Deformation& one : all) {
+    forces.push_back(one.force);
+    for (double Deformation::*const change : {&Deformation::force, &Deformation::volume, &Deformation::area,
+                                              &Deformation::triangle, &Deformation::edge})
+      if (std::abs(one.*change) > std::abs(made.most.*change)) made.most.*change = one.*change;
+  }
+  const auto middle = forces.begin() + std::ptrdiff_t(forces.size() / 2);
+  std::nth_element(forces.begin(), middle, forces.end());
+  made.medianForce = *middle;
+  return made;
 }
 
 /// Whether a result will be handed out.
@@ -153,23 +184,23 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 std::shared_ptr<const Problem> Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
                                                       const OutputRequest& output) const {
   ProgressLog progressLog(*problem);
-  std::vector<std::string> lines;
-  std::optional<Problem> soft = softened(
+  Softened soft = softened(
       *problem, hooks_.interrupted,
       [&](const Progress& progress) {
         hooks_.progress ? hooks_.progress(progress, progressLog) : progressLog(progress);
       },
-      lines);
+      [&] { return ranks_.max(timer_.wall()); });
   if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
-  if (!soft)
+  const Request& request = problem->request;
+  if (!soft.problem)
     throw AgreedFailure(
         {ExitCode::outOfReach,
-         fmt::format(
-             "soft cells could not be packed within the limits, with at most {:.6g} pN on a vertex; {}. "
-             "Fewer cells are easier, or a larger force ({})",
-             problem->request.maxForce, delivery_.nothing, named("max-force"))});
-  for (const std::string& line : lines) log::info(line);
-  return std::make_shared<const Problem>(std::move(*soft));
+         fmt::format("soft cells could not be packed within the limits{}: {}; {}. Fewer cells are easier",
+                     request.maxSeconds > 0.0 ? fmt::format(" ({})", durationText(request.maxSeconds)) : "",
+                     soft.failure, delivery_.nothing)});
+  tell(soft.notices);
+  for (const std::string& line : soft.lines) log::info(line);
+  return std::make_shared<const Problem>(std::move(*soft.problem));
 }
 
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
@@ -214,6 +245,7 @@ Packing Session::verify(Packing packing) const {
                      ? Kept{Loading::plugIn, packing.tally.counts, excessVolumes(problem, cells), {}, {}}
                      : findKept(problem, cells, loadingOf(problem, cells));
   requireVerified(packing, delivery_);
+  if (problem.request.soft) packing.deformations = deformationsOf(packing);
   return packing;
 }
 
@@ -245,6 +277,8 @@ Packing Session::repeatInTiles(Packing before, bool withState) const {
 
 void logSummary(const Packing& packing) {
   for (const std::string& line : footLines(packing)) log::info(line);
+  if (packing.deformations)
+    for (const std::string& line : deformationLines(*packing.deformations)) log::info(line);
   const Problem& problem = *packing.problem;
   for (const std::string& line : bloodLines(packing, deformedCounts(problem, packing.result.cells)))
     log::info(line);

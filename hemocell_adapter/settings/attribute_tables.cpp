@@ -61,6 +61,8 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("that of all cells"),
       attribute("axis", &S::axis, direction("x y z"), "direction of the symmetry axis of the cells"),
       attribute("spread", &S::spread, spread(), "largest angle to that direction").byDefault("0"),
+      attribute("rigid", &S::rigid, flag(), "with soft cells: true if these keep their shape")
+          .byDefault("false"),
       attribute("stock", &S::stock, count(), "with escape: number of cells in reserve that can fill gaps")
           .byDefault("0"),
   };

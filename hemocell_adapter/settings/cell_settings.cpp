@@ -159,6 +159,10 @@ std::vector<Setting> cellSettings() {
               "keep the symmetry axis of that cell within this angle of the direction x y z", setOrientation)
           .ofCell({"axis", "spread"})
           .byDefault("any direction"),
+      setting("rigid", {name()}, "with --soft: that cell keeps its shape",
+              [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).rigid = true; })
+          .ofCell({"rigid"})
+          .mayRepeat(),
       setting("minimum-distance-from-solid", {name(), distanceFromSolid()},
               "value that the case passes to setInitialMinimumDistanceFromSolid for that cell; HemoCell "
               "truncates it to whole µm",

@@ -60,6 +60,7 @@ struct SpeciesRequest {
   std::optional<double> wallClearance;  ///< [µm]
   std::optional<Vec3> axis;             ///< direction of the cells' symmetry axis, any length
   std::optional<double> spread;         ///< largest angle to `axis` [degrees]
+  std::optional<bool> rigid;            ///< true if its cells keep their shape beside soft ones
   bool inBlood = false;                 ///< the state Request::blood has such cells
 };
 

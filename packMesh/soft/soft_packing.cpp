@@ -71,14 +71,11 @@ std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
   return gap;
 }
 
-/// The physics of undeformed cells at a scale, apart from fixed ones.
-Physics scaledPhysics(const Physics& physics, double scale, double gap) {
+/// The physics of undeformed cells at a scale, apart from those that do not grow.
+Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, double scale, double gap) {
   Physics small = physics;
   small.clearance += gap;
   small.wallClearance += gap;
-  std::vector<char> scales(physics.shapes.size(), 0);
-  for (const Species& species : physics.species)
-    if (!species.freedom.fixed) species.forEachShape([&](int shape, std::int64_t) { scales[shape] = 1; });
   std::map<const Shape*, std::shared_ptr<const Shape>> made;
   const auto scaled = [&](const Shape& shape) {
     TriangleMesh mesh = shape.mesh();
@@ -90,16 +87,23 @@ Physics scaledPhysics(const Physics& physics, double scale, double gap) {
     if (!out) out = std::make_shared<const Shape>(scaled(*shape));
     return out;
   };
-  for (std::size_t s = 0; s < small.shapes.size(); ++s) {
-    if (!scales[s] || scale == 1.0) continue;
-    const auto& undeformed = physics.shapes[s]->undeformed();
-    small.shapes[s] =
-        undeformed ? std::make_shared<const Shape>(scaled(*physics.shapes[s]).vertices, madeOf(undeformed))
-                   : madeOf(physics.shapes[s]);
-  }
-  for (Species& species : small.species) {
-    if (!species.freedom.freeLayer) continue;
-    species.freedom.freeLayer->thickness += gap;
+  // Shapes can be shared with species that do not grow: small ones have numbers of their own.
+  std::map<int, int> smallOf;
+  const auto smallShape = [&](int shape) {
+    const auto [at, isNew] = smallOf.try_emplace(shape, int(small.shapes.size()));
+    if (!isNew) return at->second;
+    const auto& undeformed = physics.shapes[shape]->undeformed();
+    small.shapes.push_back(undeformed ? std::make_shared<const Shape>(scaled(*physics.shapes[shape]).vertices,
+                                                                      madeOf(undeformed))
+                                      : madeOf(physics.shapes[shape]));
+    return at->second;
+  };
+  for (std::size_t s = 0; s < small.species.size(); ++s) {
+    Species& species = small.species[s];
+    if (species.freedom.freeLayer) species.freedom.freeLayer->thickness += gap;
+    if (!grows[s] || scale == 1.0) continue;
+    species.shape = smallShape(species.shape);
+    for (DeformedCell& cell : species.deformed) cell.shape = smallShape(cell.shape);
   }
   small.written = {};
   return small;
@@ -107,19 +111,23 @@ Physics scaledPhysics(const Physics& physics, double scale, double gap) {
 
 class SoftPacker {
  public:
-  SoftPacker(const PackingProblem& problem, const std::vector<MembraneConstants>& constants,
+  SoftPacker(const PackingProblem& problem, const std::vector<SoftSpecies>& softness,
              const SoftLimits& limits)
       : problem_(problem), physics_(problem.physics), limits_(limits), control_(problem) {
-    double volume = 0.0, area = 0.0;
+    double volume = 0.0, area = 0.0, growing = 0.0;
     for (std::size_t s = 0; s < physics_.species.size(); ++s) {
       const Species& species = physics_.species[s];
       const Shape& shape = *physics_.shapes[species.shape];
       const Shape& undeformed = shape.undeformed() ? *shape.undeformed() : shape;
-      membranes_.push_back(std::make_shared<const Membrane>(undeformed.mesh(), constants[s]));
-      volume += double(species.count) * membranes_.back()->volume();
+      membranes_.push_back(std::make_shared<const Membrane>(undeformed.mesh(), softness[s].membrane));
+      grows_.push_back(!species.freedom.fixed && !softness[s].rigid);
+      const double ofSpecies = double(species.count) * membranes_.back()->volume();
+      volume += ofSpecies;
+      if (grows_.back()) growing += ofSpecies;
       area += double(species.count) * membranes_.back()->area();
     }
     fraction_ = volume / physics_.container->volume();
+    growing_ = growing / physics_.container->volume();
     // A uniform gap g around membranes of this area leaves room for a fraction of V / (V + A g / 2).
     const double meanGap = 2.0 * (physics_.container->volume() - volume) / area;
     const double part = std::clamp(shareOfMeanGap * meanGap / settings_.range, leastRange, 1.0);
@@ -131,14 +139,13 @@ class SoftPacker {
 
   SoftPacking run() {
     SoftPacking out;
-    const std::optional<std::vector<PlacedCell>> start = smallCells(out);
-    if (!start) return out;
+    if (!placeSmallCells(out)) return out;
     out.startScale = scale_;
     if (scale_ == 1.0) {
       out.outcome = Outcome::certified;
       return out;
     }
-    SoftCells cells = softCells(*start);
+    SoftCells cells = softCells();
     double tolerance = atRest;
     while (!control_.stopped() && cells.iterations() < limits_.iterations) {
       cells.step();
@@ -151,7 +158,10 @@ class SoftPacker {
     out.scale = cells.smallestScale();
     if (control_.interrupted()) {
       out.outcome = Outcome::interrupted;
-    } else if (cells.full() && largestHemocellForce(cells) <= limits_.force) {
+      return out;
+    }
+    out.force = largestHemocellForce(cells);
+    if (cells.full() && out.force <= limits_.force) {
       out.outcome = Outcome::certified;
       out.cells = result(cells);
     }
@@ -159,23 +169,31 @@ class SoftPacker {
   }
 
  private:
-  /// The undeformed cells, as large as they can be packed easily, of all ranks.
-  std::optional<std::vector<PlacedCell>> smallCells(SoftPacking& out) {
-    if (fraction_ <= possibleFraction) {
-      if (auto cells = undeformed(1.0)) return cells;
+  /// Packs undeformed cells, as large as that is easy. @return whether it succeeded
+  bool placeSmallCells(SoftPacking& out) {
+    if (fraction_ <= possibleFraction && placeUndeformed(1.0)) return true;
+    if (growing_ > 0.0) {
+      // Of the lumen that is left by cells that do not grow.
+      const double left = std::max(0.0, 1.0 - (fraction_ - growing_));
+      double scale = std::min(smaller, std::cbrt(easyFraction * left / growing_));
+      for (; scale > smallestStart && !control_.stopped(); scale *= smaller)
+        if (placeUndeformed(scale)) return true;
     }
-    double scale = std::min(smaller, std::cbrt(easyFraction / fraction_));
-    for (; scale > smallestStart && !control_.stopped(); scale *= smaller)
-      if (auto cells = undeformed(scale)) return cells;
+    out.scale = 0.0;
     out.outcome = control_.interrupted() ? Outcome::interrupted : Outcome::outOfReach;
-    return {};
+    return false;
   }
 
-  /// Undeformed cells at a scale, of all ranks; nothing if they are not packed easily.
-  std::optional<std::vector<PlacedCell>> undeformed(double scale) {
+  /// Packs undeformed cells at a scale. @return false: they are not packed easily
+  bool placeUndeformed(double scale) {
     // Those of full size are a result, if there are any.
     const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
-    PackingProblem small{scaledPhysics(physics_, scale, gap), nullptr, problem_.execution};
+    PackingProblem small{scaledPhysics(physics_, grows_, scale, gap), nullptr, problem_.execution};
+    if (problem_.execution.progress)
+      small.execution.progress = [this, scale](Progress progress) {
+        progress.scale *= scale;
+        problem_.execution.progress(progress);
+      };
     Limits& limits = small.execution.limits;
     limits.fewerCells = limits.someCloser = false;
     limits.maxSweeps = std::min(sweepsForStart, limits.maxSweeps);
@@ -186,15 +204,17 @@ class SoftPacker {
       packed = pack(small);
     } catch (const InputError&) {  // too large for the lumen
       if (scale * smaller <= smallestStart) throw;
-      return {};
+      return false;
     }
-    if (packed.outcome != Outcome::certified) return {};
+    if (packed.outcome != Outcome::certified) return false;
     scale_ = scale;
     small_ = std::move(small.physics);
-    return problem_.execution.communicator.gatherAll(packed.cells);
+    placed_ = problem_.execution.communicator.gatherAll(packed.cells);
+    poses_ = problem_.execution.communicator.gatherAll(packed.poses);
+    return true;
   }
 
-  SoftCells softCells(const std::vector<PlacedCell>& start) {
+  SoftCells softCells() const {
     std::vector<WallGap> walls;
     std::vector<int> wallOf;
     for (int s = 0; s < int(physics_.species.size()); ++s) {
@@ -205,38 +225,44 @@ class SoftPacker {
       }
     }
     std::vector<SoftCell> cells;
-    for (const PlacedCell& cell : start) {
-      const bool fixed = physics_.species[cell.species].freedom.fixed;
+    for (const PlacedCell& cell : placed_) {
+      const bool grows = grows_[cell.species];
       cells.push_back({membranes_[cell.species],
                        placedVertices(small_.shapes[cell.shape]->mesh(), cell.placement),
-                       fixed ? 1.0 : scale_, fixed, fixed ? -1 : wallOf[cell.species]});
-      species_.push_back(fixed ? -1 : cell.species);
+                       grows ? scale_ : 1.0, !grows, grows ? wallOf[cell.species] : -1});
     }
     return {std::move(cells), physics_.container->period(), std::move(walls), settings_,
             problem_.execution.threads};
   }
 
   Deformation deformation(const SoftCells& cells, std::size_t i) const {
-    return deformationOf(*membranes_[species_[i]], cells.vertices(i));
+    return deformationOf(*membranes_[placed_[i].species], cells.vertices(i));
   }
 
   double largestHemocellForce(const SoftCells& cells) const {
-    std::vector<double> forces(species_.size(), 0.0);
+    std::vector<double> forces(placed_.size(), 0.0);
     problem_.execution.threads.forEach(std::int64_t(forces.size()), [&](std::int64_t i, int) {
-      if (species_[i] >= 0) forces[i] = deformation(cells, std::size_t(i)).force;
+      if (grows_[placed_[i].species]) forces[i] = deformation(cells, std::size_t(i)).force;
     });
     return *std::max_element(forces.begin(), forces.end());
   }
 
   std::vector<SoftlyPackedCell> result(const SoftCells& cells) const {
     std::vector<SoftlyPackedCell> out;
-    for (std::size_t i = 0; i < species_.size(); ++i) {
-      if (species_[i] < 0) continue;
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      const int s = placed_[i].species;
+      if (physics_.species[s].freedom.fixed) continue;
       SoftlyPackedCell cell;
-      cell.species = species_[i];
+      cell.species = s;
+      if (!grows_[s]) {
+        cell.pose = poses_[i];
+        if (small_.isDeformed(placed_[i])) cell.vertices = small_.shapeOf(placed_[i]).mesh().vertices;
+        out.push_back(std::move(cell));
+        continue;
+      }
       cell.deformation = deformation(cells, i);
       cell.vertices = cells.vertices(i);
-      cell.pose = bestPose(membranes_[species_[i]]->mesh().vertices, cell.vertices);
+      cell.pose = bestPose(membranes_[s]->mesh().vertices, cell.vertices);
       const Mat3 back = cell.pose.orientation.toRotationMatrix().transpose();
       for (Vec3& v : cell.vertices) v = back * (v - cell.pose.position);
       out.push_back(std::move(cell));
@@ -259,7 +285,7 @@ class SoftPacker {
 
   void report(const SoftCells& cells) const {
     if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
-    problem_.execution.progress({"soft cells", cells.iterations(), cells.smallestScale(), 0.0, 0});
+    problem_.execution.progress({softCellsStage, cells.iterations(), cells.smallestScale(), 0.0, 0});
   }
 
   const PackingProblem& problem_;
@@ -268,16 +294,19 @@ class SoftPacker {
   RunControl control_;
   std::vector<std::shared_ptr<const Membrane>> membranes_;
   SoftSettings settings_;
-  double fraction_ = 0.0, scale_ = 1.0;
+  std::vector<char> grows_;                ///< of each species, whether its cells are soft
+  double fraction_ = 0.0, growing_ = 0.0;  ///< of the lumen, that cells fill; that soft ones fill
+  double scale_ = 1.0;
   Physics small_;
-  std::vector<int> species_;  ///< of each cell; -1: fixed
+  std::vector<PlacedCell> placed_;  ///< undeformed, of all ranks
+  std::vector<Pose> poses_;         ///< of the same
 };
 
 }  // namespace
 
-SoftPacking packSoft(const PackingProblem& problem, const std::vector<MembraneConstants>& membranes,
+SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits) {
-  return SoftPacker(problem, membranes, limits).run();
+  return SoftPacker(problem, species, limits).run();
 }
 
 }  // namespace packmesh

@@ -11,12 +11,21 @@
 
 namespace packmesh {
 
+/// The stage of progress in which cells are soft.
+inline constexpr const char* softCellsStage = "soft cells";
+
+/// The cells of a species of the physics.
+struct SoftSpecies {
+  MembraneConstants membrane;
+  bool rigid = false;  ///< they are placed with their full size, and stay while others grow
+};
+
 /// A cell after packing. Its mesh is pose.placement() of these vertices.
 struct SoftlyPackedCell {
   int species = 0;
   Pose pose;                   ///< that of the template that fits best
-  std::vector<Vec3> vertices;  ///< in the order and frame of the template [µm]
-  Deformation deformation;
+  std::vector<Vec3> vertices;  ///< in the order and frame of the template [µm]; empty: those of the template
+  Deformation deformation;     ///< of those that are not rigid
 };
 
 struct SoftPacking {
@@ -26,6 +35,7 @@ struct SoftPacking {
   std::vector<SoftlyPackedCell> cells;
   double startScale = 1.0;  ///< of the undeformed cells that were packed first
   double scale = 1.0;       ///< smallest of a cell at the end
+  double force = 0.0;       ///< largest on a vertex at the end, by HemoCell's laws [pN]
   std::int64_t iterations = 0;
 };
 
@@ -43,9 +53,9 @@ struct SoftLimits {
 /// Where undeformed cells can be packed, none are deformed, and the result is empty. `certified` means that
 /// all cells have full size and forces are within the limit. No step of the method lets membranes meet, but
 /// in single precision: the cells are to be certified by the numbers that are written.
-/// @param membranes constants of each species
+/// @param species those of the problem
 /// @throws InputError like pack()
-SoftPacking packSoft(const PackingProblem& problem, const std::vector<MembraneConstants>& membranes,
+SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits);
 
 }  // namespace packmesh

@@ -44,6 +44,7 @@ class Species(ByValue):
     red_cell: whether its volume counts in the hematocrit; default: if the name contains RBC
     wall_clearance: least gap between these cells and the wall [µm]
     axis, spread: direction of the cells' symmetry axis; largest angle to it [degrees]
+    rigid: with soft cells: True if these keep their shape
     stock: with escape: number of cells in reserve that can fill gaps
     minimum_distance_from_solid: what the case passes to setInitialMinimumDistanceFromSolid [µm]
     construction: how the C++ code of the case builds the cell, e.g. "RBC_FROM_SPHERE"
@@ -59,6 +60,7 @@ class Species(ByValue):
     wall_clearance: Optional[Number] = None
     axis: Optional[Vector] = None
     spread: Optional[Number] = None
+    rigid: Optional[bool] = None
     stock: Optional[Integer] = None
     minimum_distance_from_solid: Optional[Number] = None
     construction: Optional[str] = None

@@ -38,7 +38,7 @@ bool run(const std::string& name, std::shared_ptr<const Container> lumen, std::i
   problem.physics.add("RBC", redCell(), cells);
   const double fraction = double(cells) * redCell()->volume() / problem.physics.container->volume();
   const Timer timer;
-  const SoftPacking packed = packSoft(problem, {hemocell::defaultMembrane("RBC")}, {});
+  const SoftPacking packed = packSoft(problem, {{hemocell::defaultMembrane("RBC")}}, {});
   const double cpu = timer.cpu();
   fmt::print("{} seed {}: {} cells, {:.3f}; ", name, seed, cells, fraction);
   if (packed.outcome != Outcome::certified) {

@@ -2,24 +2,68 @@
 // Soft cells, with the real executable.
 #include <catch2/catch.hpp>
 
+#include <nlohmann/json.hpp>
+
+#include "hemocell_adapter/hemocell/cell_model.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
+namespace {
+
+/// Beyond what undeformed cells can fill, and small: 9 red cells, 1 platelet.
+const std::string dense = "10 10 10 --ends periodic --hematocrit 0.73 --soft ";
+
+/// Of a packing of soft cells that does not succeed.
+Ran failed(const TemporaryFolder& folder, const std::string& arguments, int code) {
+  Ran ran = run(folder.path(), arguments + " --state s.h5");
+  INFO(ran.all());
+  CHECK(ran.exitCode == code);
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.h5"));
+  return ran;
+}
+
+}  // namespace
+
 TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved as a state", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = ok(folder, "14 14 14 --ends periodic --hematocrit 0.75 --soft --state s.h5");
-  CHECK_THAT(ran.out, Contains("Soft cells: 27 deformed; largest force on a vertex"));
-  CHECK_THAT(ok(folder, "check --box 14 14 14 --ends periodic --start s.h5").out, Contains("RBC: 25 cells"));
+  const Ran ran = ok(folder, dense + "--state s.h5 --report r.json");
+  CHECK_THAT(ran.out,
+             Contains("RBC: soft, kLink 15, kBend 80, kVolume 20, kArea 5 (HemoCell's cell templates)") &&
+                 Contains("Soft cells: 10 deformed; largest force on a vertex"));
+  const std::string check = ok(folder, "check --box 10 10 10 --ends periodic --start s.h5").out;
+  CHECK_THAT(check, Contains("RBC: 9 cells") && Contains("PLT: 1 cells") && Contains("Verdict: clean"));
+  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  CHECK(report["soft"]["cells"] == 10);
+  CHECK(report["soft"]["force"] > 0.1);
+  CHECK(report["soft"]["force"] < 10.0);
+  CHECK(std::abs(report["soft"]["volume"].get<double>()) < 0.01);
+  CHECK(report["configuration"]["hematocrit"] == 0.73);
+  CHECK(report["species"][0]["request"] == "by hematocrit");
+}
+
+TEST_CASE("Soft cells are the same on any number of ranks and threads", "[executable][mpi]") {
+  const TemporaryFolder alone;
+  ok(alone, dense + "--threads 1 --state s.h5");
+  const std::string expected = readText(alone.path() / "s.h5");
+  for (const int ranks : {2, 4}) {
+    const TemporaryFolder folder;
+    const Ran ran =
+        run(folder.path(), dense + "--threads " + std::to_string(ranks == 2 ? 2 : 1) + " --state s.h5",
+            "packMesh", onRanks(ranks));
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK((readText(folder.path() / "s.h5") == expected));
+  }
 }
 
 TEST_CASE("Soft cells fold in a capillary", "[executable]") {
   const TemporaryFolder folder;
-  ok(folder, "--cylinder x 2.8 30 --ends periodic --rbc 2 --soft --state s.h5");
-  CHECK_THAT(ok(folder, "check --cylinder x 2.8 30 --ends periodic --start s.h5").out,
-             Contains("RBC: 2 cells"));
+  ok(folder, "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft --state s.h5");
+  CHECK_THAT(ok(folder, "check --cylinder x 2.8 20 --ends periodic --start s.h5").out,
+             Contains("RBC: 1 cells") && Contains("Verdict: clean"));
 }
 
 TEST_CASE("Cells that need not deform are those of a packing without --soft", "[executable]") {
@@ -30,12 +74,126 @@ TEST_CASE("Cells that need not deform are those of a packing without --soft", "[
   CHECK(readText(folder.path() / "RBC.pos") == soft);
 }
 
-TEST_CASE("The largest force refuses soft cells", "[executable]") {
+TEST_CASE("Soft cells that cannot be packed within the limits are refused, and it is said why",
+          "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(failed(folder, dense + "--max-force 0.05 --max-iterations 400", 3).err,
+             Contains("the largest force on a vertex was") && Contains("0.05 pN are allowed (--max-force)"));
+  CHECK_THAT(failed(folder, dense + "--max-iterations 20", 3).err,
+             Contains("the cells had grown to") && Contains("after 20 iterations"));
+  CHECK_THAT(failed(folder, "--cylinder x 1.2 20 --ends periodic --rbc 1 --soft --max-iterations 50", 3).err,
+             Contains("soft cells could not be packed within the limits"));
+}
+
+TEST_CASE("A signal and the time limit end packing soft cells", "[executable]") {
+  const TemporaryFolder folder, scripts;
+  // The signal comes when cells are soft, as the first line of progress of that stage says.
+  writeText(scripts.path() / "end.py", R"(import signal, subprocess, sys
+run = subprocess.Popen(sys.argv[1:], stdout=subprocess.PIPE, text=True)
+for line in run.stdout:
+    if "soft cells: iteration" in line:
+        run.send_signal(signal.SIGTERM)
+sys.exit(run.wait())
+)");
+  // So much is never at rest below so little force.
+  const std::string endless = "10 10 10 --ends periodic --hematocrit 0.73 --soft --max-force 1e-6 --verbose";
+  const Ran ran = run(folder.path(), endless + " --state s.h5", "packMesh",
+                      "python3 '" + (scripts.path() / "end.py").string() + "'");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 143);
+  CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
+  CHECK(std::filesystem::is_empty(folder.path()));
+  CHECK_THAT(failed(folder, endless + " --max-time 2", 3).err, Contains("within the limits (2 s)"));
+}
+
+TEST_CASE("What soft cells exclude is refused before packing", "[executable]") {
+  const TemporaryFolder folder;
+  for (const std::string other :
+       {"--best-effort", "--clearance max", "--order columns", "--also-dx 0.25", "--restart s.h5"})
+    CHECK_THAT(run(folder.path(), dense + other).err, Contains("--soft"));
+  CHECK_THAT(failed(folder, dense + "--best-effort", 1).err,
+             Contains("--soft and --best-effort exclude each other"));
+  CHECK_THAT(failed(folder, dense + "--method cat", 1).err, Contains("--soft"));
+}
+
+TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[executable]") {
+  SampleCase folder;
+  const auto cell = [&](const std::string& constants) {
+    writeText(folder.path() / "RBC.xml", cellXml("RBC", 3.91, 600, constants));
+  };
+  const std::string asked = "config.xml --rbc 2 --soft";
+  cell("<kLink> 15 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume>");
+  CHECK_THAT(failed(folder, asked, 2).err, Contains("RBC.xml") && Contains("<kArea> is missing"));
+  ok(folder, asked + " --rigid RBC");
+  cell("<kLink> 30 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume> <kArea> -5 </kArea>");
+  CHECK_THAT(failed(folder, asked, 2).err, Contains("<kArea> '-5', expected a number that is not negative"));
+  cell("<kLink> 30 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume> <kArea> 5 </kArea>");
+  CHECK_THAT(ok(folder, asked).out, Contains("RBC: soft, kLink 30, kBend 80, kVolume 20, kArea 5 (RBC.xml)"));
+}
+
+TEST_CASE("Where undeformed cells do not fit, messages name --soft", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "--cylinder x 2.5 20 --ends periodic --rbc 1 --max-iterations 50");
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("--soft lets cells deform"));
+  CHECK_THAT(run(folder.path(), "10 10 10 --ends periodic --hematocrit 0.9 --dry-run").out,
+             Contains("--soft lets cells deform"));
+  const Ran soft = ok(folder, "10 10 10 --ends periodic --hematocrit 0.9 --dry-run --soft");
+  CHECK_THAT(soft.out, Contains("cells will be soft") && !Contains("--soft lets"));
+}
+
+TEST_CASE("Rigid species keep their shape beside soft cells", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran =
-      run(folder.path(),
-          "14 14 14 --ends periodic --hematocrit 0.75 --soft --max-force 0.05 --max-time 20 --state s.h5");
-  CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err, Contains("at most 0.05 pN") && Contains("--max-force"));
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.h5"));
+      ok(folder,
+         "14 14 14 --ends periodic --rbc 19 --wbc 1 --plt 3 --soft --rigid WBC --rigid PLT --state s.h5");
+  CHECK_THAT(ran.out, Contains("WBC: rigid") && Contains("Soft cells: 19 deformed") &&
+                          Contains("Certificate: clean, no overlap (23 cells"));
+}
+
+TEST_CASE("Soft platelets and white cells are packed beside soft red cells", "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(ok(folder, "14 14 14 --ends periodic --rbc 19 --wbc 1 --plt 3 --soft --state s.h5").out,
+             Contains("Soft cells: 23 deformed") && Contains("Certificate: clean"));
+}
+
+TEST_CASE("Fixed cells stay beside soft ones, deformed ones, too", "[executable]") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "given");
+  writeText(folder.path() / "given" / "RBC.pos", rbcPos("5 5 5 0 0 0\n", 1));
+  CHECK_THAT(ok(folder, dense + "--fixed given/RBC.pos --state s.h5").out,
+             Contains("Soft cells: 9 deformed") && Contains("Certificate: clean, no overlap (10 cells"));
+  const std::string tube = "--cylinder x 2.8 20 --ends periodic --soft ";
+  ok(folder, tube + "--rbc 1 --state one.h5");
+  CHECK_THAT(ok(folder, tube + "--rbc 2 --fixed one.h5 --state two.h5").out,
+             Contains("Soft cells: 2 deformed") && Contains("Certificate: clean"));
+}
+
+TEST_CASE("Soft cells begin where those of --start and --blood are", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, dense + "--state s.h5");
+  for (const std::string option : {"--start s.h5", "--blood s.h5"})
+    CHECK_THAT(ok(folder, dense + option + " --state u.h5").out,
+               Contains("Soft cells: 10 deformed") && Contains("Certificate: clean"));
+}
+
+TEST_CASE("Layers without cells are kept by soft cells; what is in regions and layers of a profile is said",
+          "[executable]") {
+  const TemporaryFolder folder;
+  const std::string tube = "--cylinder x 4 24 --ends periodic --hematocrit 0.45 --soft --state s.h5 ";
+  CHECK_THAT(ok(folder, tube + "--cell-free-layer 0.6").out,
+             Contains("Soft cells:") && Contains("Certificate: clean"));
+  ok(folder, "check --cylinder x 4 24 --ends periodic --start s.h5 --cell-free-layer 0.59");
+  CHECK_THAT(ok(folder, tube + "--profile developed").out, Contains("Soft cells:") && Contains("Profile,"));
+  writeText(folder.path() / "config.xml",
+            configXml("",
+                      "<packing><container><cylinder axis=\"x\" radius=\"4\" length=\"24\"/></container>"
+                      "<ends>periodic</ends><hematocrit>0.3</hematocrit><soft>true</soft>"
+                      "<region hematocrit=\"0.6\"><box size=\"12 8 8\"/></region></packing>"));
+  writeText(folder.path() / "RBC.xml", cellXml("RBC", 3.91, 600, ""));
+  writeText(folder.path() / "PLT.xml",
+            cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+  CHECK_THAT(ok(folder, "config.xml --state s.h5").out, Contains("Soft cells:") &&
+                                                            Contains("Hematocrit of region 1:") &&
+                                                            Contains("with their centres in it"));
 }

@@ -78,6 +78,30 @@ TEST_CASE("the pose of a deformed cell is that of the template that fits best", 
   }
 }
 
+TEST_CASE("fixed and rigid cells with the template of soft ones keep their shape", "[soft]") {
+  PackingProblem problem = boxAt(0.65, 8);
+  const Pose pose{1.0, Quaternion::Identity(), Vec3(1, 2, 3)};
+  std::vector<Species>& species = problem.physics.species;
+  species.resize(3, species[0]);
+  species[0].count = 6;
+  species[1].count = species[2].count = 1;
+  species[1].freedom.fixed = true;
+  species[1].start = {pose};
+  const SoftPacking packed = packSoft(problem, {{}, {}, {{}, true}}, {});
+  REQUIRE(packed.outcome == Outcome::certified);
+  REQUIRE(packed.cells.size() == 7);
+  Physics physics = problem.physics;
+  std::vector<PlacedCell> placed = {{1, 0, pose.placement()}};
+  for (const SoftlyPackedCell& cell : packed.cells) {
+    CHECK(cell.vertices.empty() == (cell.species == 2));
+    placed.push_back({cell.species, 0, cell.pose.placement()});
+    if (cell.vertices.empty()) continue;
+    placed.back().shape = std::int32_t(physics.shapes.size());
+    physics.shapes.push_back(std::make_shared<const Shape>(cell.vertices, physics.shapes[0]));
+  }
+  CHECK(certify(certificateInputOf(physics, placed)).clean());
+}
+
 TEST_CASE("packing soft cells ends at its limits", "[soft]") {
   SECTION("the largest force") {
     SoftLimits limits;
@@ -86,6 +110,7 @@ TEST_CASE("packing soft cells ends at its limits", "[soft]") {
     const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
     CHECK(packed.outcome == Outcome::outOfReach);
     CHECK(packed.cells.empty());
+    CHECK(packed.force > 0.01);
   }
   SECTION("a lumen in which there is no room") {
     SoftLimits limits;
