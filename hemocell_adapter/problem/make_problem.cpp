@@ -168,7 +168,8 @@ Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vect
     if (!deformed) examineNumbers(scene, notices);
     ofProfile = {};
     if (scene.request.profile) layout.profile = planProfile(scene, ofProfile.warnings);
-    if (!deformed && layout.profile && !scene.request.bestEffort) refuseTooDense(*layout.profile);
+    if (!deformed && layout.profile && !scene.request.bestEffort && !scene.request.soft)
+      refuseTooDense(scene, *layout.profile);
     parts = partsAt(scene, layout, scene.demanded);
     before = counts;
     if (!deformed) break;
@@ -178,7 +179,8 @@ Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vect
   }
   if (deformed) {
     examineNumbers(scene, notices);
-    if (layout.profile && !scene.request.bestEffort) refuseTooDense(*layout.profile);
+    if (layout.profile && !scene.request.bestEffort && !scene.request.soft)
+      refuseTooDense(scene, *layout.profile);
   }
   notices.append(ofProfile);
   Problem problem;

@@ -246,14 +246,14 @@ std::shared_ptr<const DepthProfile> planProfile(const Scene& scene, std::vector<
   return Planning(scene, notices)();
 }
 
-void refuseTooDense(const DepthProfile& plan) {
+void refuseTooDense(const Scene& scene, const DepthProfile& plan) {
   for (int j = 0; j < plan.shells(); ++j) {
     const double fraction = plan.askedIn(j);
     if (fraction > Forecast::possible)
       throw InfeasibleError(fmt::format(
           "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
-          "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile",
-          plan.source, plan.edges[j], plan.edges[j + 1], fraction, Forecast::possible));
+          "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile{}",
+          plan.source, plan.edges[j], plan.edges[j + 1], fraction, Forecast::possible, softInstead(scene)));
   }
 }
 

@@ -21,7 +21,7 @@ namespace packmesh::hemocell {
 std::shared_ptr<const DepthProfile> planProfile(const Scene& scene, std::vector<std::string>& notices);
 
 /// @throws InputError if a shell would hold more cells than can be packed
-void refuseTooDense(const DepthProfile& profile);
+void refuseTooDense(const Scene& scene, const DepthProfile& profile);
 
 /// The profile of a problem with the numbers of cells corrected by a packing of it, in which cells are not
 /// where random ones would be: in the core they press outwards. The same on all ranks, which all call.

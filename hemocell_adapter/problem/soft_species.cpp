@@ -38,10 +38,10 @@ void refuseBesideSoft(const Request& request) {
 void requireMembranes(const Scene& scene) {
   for (const CellSpecies& species : scene.species)
     if (species.count > 0 && !species.rigid && !species.model.membrane.missing.empty())
-      throw InputError(fmt::format("cell '{}' ({}): <{}> is missing; soft cells need kLink, kBend, kVolume and "
-                                   "kArea (rigid=\"true\" in <species> keeps the shape)",
-                                   species.name, species.origin,
-                                   fmt::join(species.model.membrane.missing, ">, <")));
+      throw InputError(
+          fmt::format("cell '{}' ({}): <{}> is missing; soft cells need kLink, kBend, kVolume and "
+                      "kArea (rigid=\"true\" in <species> keeps the shape)",
+                      species.name, species.origin, fmt::join(species.model.membrane.missing, ">, <")));
 }
 
 MembraneConstants membraneOf(const Scene& scene, const CellSpecies& species) {
@@ -56,11 +56,11 @@ std::vector<std::string> softnessLines(const Scene& scene) {
   for (const CellSpecies& species : scene.species) {
     if (species.count == 0) continue;
     const MembraneConstants m = membraneOf(scene, species);
-    lines.push_back(species.rigid
-                        ? fmt::format("{}: rigid", species.name)
-                        : fmt::format("{}: soft, kLink {:.6g}, kBend {:.6g}, kVolume {:.6g}, kArea {:.6g} ({})",
-                                      species.name, m.link, m.bend, m.volume, m.area,
-                                      hasFile(species) ? species.name + ".xml" : "HemoCell's cell templates"));
+    lines.push_back(
+        species.rigid ? fmt::format("{}: rigid", species.name)
+                      : fmt::format("{}: soft, kLink {:.6g}, kBend {:.6g}, kVolume {:.6g}, kArea {:.6g} ({})",
+                                    species.name, m.link, m.bend, m.volume, m.area,
+                                    hasFile(species) ? species.name + ".xml" : "HemoCell's cell templates"));
   }
   return lines;
 }

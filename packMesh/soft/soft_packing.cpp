@@ -40,6 +40,12 @@ constexpr std::int64_t lookEvery = 25;
 constexpr std::int64_t reportEvery = 10;
 constexpr double leastSeconds = 0.001;  ///< of packing what begins at the time limit; 0 would be none
 
+/// By how much distances of a wall may be too large [µm].
+double excessOf(const Wall& wall, const Box& region) {
+  if (wall.closedForm()) return 0.0;
+  return wall.slack() + interpolationExcess * wall.sampled(region).spacing();
+}
+
 /// The wall of a species, as what is left to it beyond the gap that it demands.
 WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
   if (const auto form = wall.closedForm())
@@ -49,7 +55,7 @@ WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
       return at;
     };
   const SampledDistance& samples = wall.sampled(region);
-  const double excess = demanded + wall.slack() + interpolationExcess * samples.spacing();
+  const double excess = demanded + excessOf(wall, region);
   return [&samples, excess](const Vec3& p) {
     WallDistance at = samples.sample(p);
     at.distance -= excess;
@@ -99,9 +105,12 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
     return at->second;
   };
   for (std::size_t s = 0; s < small.species.size(); ++s) {
-    Species& species = small.species[s];
-    if (species.freedom.freeLayer) species.freedom.freeLayer->thickness += gap;
     if (!grows[s] || scale == 1.0) continue;
+    Species& species = small.species[s];
+    const Box region = physics.surroundings();
+    if (const Wall* wall = physics.wallOf(int(s)))
+      species.freedom.extraWallClearance += excessOf(*wall, region);
+    if (auto& layer = species.freedom.freeLayer) layer->thickness += gap + excessOf(*layer->wall, region);
     species.shape = smallShape(species.shape);
     for (DeformedCell& cell : species.deformed) cell.shape = smallShape(cell.shape);
   }

@@ -70,6 +70,13 @@ case $test in
     case_on 2 planes 2 1 1 --method cat --ends closed --output-dir plugin > plugin.txt
     same RBC.pos plugin/RBC.pos
     same PLT.pos plugin/PLT.pos ;;
+  soft)  # cells that deform, packed by the plug-in and loaded from the state
+    config 48 40 40 "<hematocrit> 0.62 </hematocrit> <soft> true </soft>"
+    case_on 2 box 2 1 1 --state soft.h5 > packed.txt
+    grep -q 'Soft cells: [0-9]* deformed; largest force on a vertex' packed.txt
+    complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)"
+    case_on 1 box 1 1 1 load soft.h5 > loaded.txt
+    complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)" ;;
   lumen)  # a lumen that is described in <packing>: its volume, its wall, and HemoCell's nodes
     config 60 44 44 "<hematocrit> 0.25 </hematocrit> <ends> periodic </ends>
       <container> <cylinder axis='x' radius='10' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
