@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -35,6 +36,9 @@ constexpr double leastRange = 0.2;
 constexpr double atRest = 0.3, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
+/// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
+/// will not decrease much any more, and suffices if it is within the limit.
+constexpr double worthResting = 0.9;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 25;
 constexpr std::int64_t reportEvery = 10;
@@ -155,12 +159,15 @@ class SoftPacker {
       return out;
     }
     SoftCells cells = softCells();
-    double tolerance = atRest;
+    double tolerance = atRest, before = std::numeric_limits<double>::infinity();
     while (!control_.stopped() && cells.iterations() < limits_.iterations) {
       cells.step();
       report(cells);
       if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance) continue;
-      if (largestHemocellForce(cells) <= limits_.aim || tolerance <= leastAtRest) break;
+      const double force = largestHemocellForce(cells);
+      if (force <= limits_.aim || tolerance <= leastAtRest) break;
+      if (force <= limits_.force && force > worthResting * before) break;
+      before = force;
       tolerance *= 0.5;
     }
     out.iterations = cells.iterations();
