@@ -55,6 +55,21 @@ DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
   return sampleDistance(hierarchy, boundingBox(mesh).grownBy(margin), spacing, margin, threads);
 }
 
+TriangleMesh scaledBy(double factor, TriangleMesh mesh) {
+  for (Vec3& v : mesh.vertices) v *= factor;
+  return mesh;
+}
+
+std::variant<ProfileSurface, DistanceGrid> scaledBy(double factor,
+                                                    std::variant<ProfileSurface, DistanceGrid> field) {
+  if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->scaledBy(factor);
+  DistanceGrid& grid = std::get<DistanceGrid>(field);
+  grid.origin *= factor;
+  grid.spacing *= factor;
+  for (float& value : grid.value) value *= float(factor);
+  return field;
+}
+
 /// @param bound, box around the surface
 FieldView viewOf(const std::variant<ProfileSurface, DistanceGrid>& field, const SupportBound& bound,
                  const Box& box) {
@@ -111,6 +126,14 @@ double ProfileSurface::halfThickness() const {
   return std::sqrt(highest / curvatureInside());
 }
 
+ProfileSurface ProfileSurface::scaledBy(double factor) const {
+  ProfileSurface scaled = *this;
+  for (double& coefficient : scaled.p) coefficient *= factor * factor;
+  scaled.a /= factor * factor;
+  scaled.c /= factor * factor;
+  return scaled;
+}
+
 ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {
   ProfileSurface surface;
   surface.p = {ry * ry, -ry * ry, 0.0, 0.0, 0.0, 0.0};
@@ -140,6 +163,9 @@ Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
     : Shape(MeshHierarchy(mesh), Field(surface)) {}
 
 Shape::Shape(const TriangleMesh& mesh, const Threads& threads) : Shape(MeshHierarchy(mesh), threads) {}
+
+Shape::Shape(const Shape& other, double factor)
+    : Shape(MeshHierarchy(scaledBy(factor, other.mesh())), scaledBy(factor, other.field())) {}
 
 Shape::Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed)
     : undeformed_(std::move(undeformed)),

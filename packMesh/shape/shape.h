@@ -36,6 +36,8 @@ struct ProfileSurface {
   double curvatureInside() const;
 
   double halfThickness() const;  ///< half the largest thickness [µm]
+
+  ProfileSurface scaledBy(double factor) const;
 };
 
 /// Ellipsoid with semi-axes [µm] as a ProfileSurface.
@@ -52,6 +54,8 @@ class Shape {
   /// Any closed, outward-oriented mesh (see repairClosed); its distance is sampled on a grid.
   /// @param threads share the sampling
   explicit Shape(const TriangleMesh& mesh, const Threads& threads = {});
+  /// A template of another size: no distance is sampled. Pre: `other` is not a deformed form
+  Shape(const Shape& other, double factor);
   /// A deformed form of another shape.
   /// @param vertices in the order of the other mesh, around the same origin and in about the same orientation
   /// [µm]. Pre: with its triangles they are a closed, outward-oriented surface

@@ -60,18 +60,35 @@ constexpr float foldedBelow = 0.7f;
 constexpr float tiny = 1e-20f;  // far below rounding; what has no normal keeps none
 
 template <int corners>
-void fitTo(const Clusters::Group<corners>& group, const float* positions, Outline::Boxes& boxes) {
+void fitTo(const Clusters::Group<corners>& group, const float* positions,
+           const std::vector<Eigen::Vector3f>& normals, Outline::Boxes& boxes) {
   boxes.each.resize(group.blocks.size());
-  boxes.eight.resize((boxes.each.size() + 7) / 8);
-  for (FloatBox& box : boxes.eight) box.reset();
+  boxes.cones.resize(boxes.each.size());
+  boxes.sixteen.resize((boxes.each.size() + blockSize - 1) / blockSize);
+  boxes.blocks.resize(boxes.sixteen.size());
+  for (FloatBox& box : boxes.sixteen) box.reset();
+  std::vector<Eigen::Vector3f> ofCluster;
   for (std::size_t b = 0; b < boxes.each.size(); ++b) {
     FloatBox& box = boxes.each[b];
     box.reset();
+    ofCluster.clear();
     for (int c = 0; c < corners; ++c)
-      for (int k = 0; k < group.counts[b]; ++k) box.include(positions + 4 * group.blocks[b][c][k]);
-    boxes.eight[b / 8].include(box.lo);
-    boxes.eight[b / 8].include(box.hi);
+      for (int k = 0; k < group.counts[b]; ++k) {
+        box.include(positions + 4 * group.blocks[b][c][k]);
+        ofCluster.push_back(normals[group.blocks[b][c][k]]);
+      }
+    boxes.cones[b].fit(ofCluster);
+    boxes.sixteen[b / blockSize].include(box.lo);
+    boxes.sixteen[b / blockSize].include(box.hi);
   }
+  FloatBox nothing;
+  nothing.reset();
+  for (std::size_t b = 0; b < blockSize * boxes.blocks.size(); ++b)
+    for (int k = 0; k < 3; ++k) {
+      const FloatBox& box = b < boxes.each.size() ? boxes.each[b] : nothing;
+      boxes.blocks[b / blockSize].lo[k][b % blockSize] = box.lo[k];
+      boxes.blocks[b / blockSize].hi[k][b % blockSize] = box.hi[k];
+    }
 }
 
 template <int corners>
@@ -135,10 +152,26 @@ void FloatBox::include(const float* p) {
   }
 }
 
-bool FloatBox::isNear(const FloatBox& other, const float offset[3], float limit) const {
+bool FloatBox::meets(const float otherLo[3], const float otherHi[3]) const {
   for (int k = 0; k < 3; ++k)
-    if (other.lo[k] + offset[k] - hi[k] > limit || lo[k] - other.hi[k] - offset[k] > limit) return false;
+    if (otherLo[k] > hi[k] || lo[k] > otherHi[k]) return false;
   return true;
+}
+
+void NormalCone::fit(const std::vector<Eigen::Vector3f>& normals) {
+  constexpr float rounding = 1e-3f;  // of angles
+  axis.setZero();
+  left = -1.0f;
+  for (const Eigen::Vector3f& normal : normals) {
+    if (normal.isZero(0.0f)) return;
+    axis += normal;
+  }
+  axis /= std::max(axis.norm(), tiny);
+  float least = 1.0f;
+  for (const Eigen::Vector3f& normal : normals) least = std::min(least, axis.dot(normal));
+  left = 0.5f * std::acos(facing) - std::acos(least) - rounding;
+  cosine = std::cos(left);
+  sine = std::sin(left);
 }
 
 void Outline::fit(const Membrane& membrane, const Clusters& clusters, const float* positions) {
@@ -157,11 +190,11 @@ void Outline::fit(const Membrane& membrane, const Clusters& clusters, const floa
     for (const int v : triangleCorners[t])
       if (flat[t].dot(normals[v]) < foldedBelow) folded.push_back(v);
   for (const int v : folded) normals[v].setZero();
-  fitTo(clusters.vertices, positions, vertices);
-  fitTo(clusters.edges, positions, edges);
-  fitTo(clusters.triangles, positions, triangles);
+  fitTo(clusters.vertices, positions, normals, vertices);
+  fitTo(clusters.edges, positions, normals, edges);
+  fitTo(clusters.triangles, positions, normals, triangles);
   all.reset();
-  for (const FloatBox& box : vertices.eight) {
+  for (const FloatBox& box : vertices.sixteen) {
     all.include(box.lo);
     all.include(box.hi);
   }
@@ -186,12 +219,13 @@ int ContactLister::listBetween(const Clusters::Group<ofFirst>& a, const Outline:
                                const float offset[3], float limit, bool same, ContactFours& out) {
   loaded_.clear();
   place_.assign(boxesOfB.each.size(), -1);
-  const auto load = [&](const auto& group, const FloatBox& box, std::size_t k, const ListedCell& cell,
+  const auto load = [&](const auto& group, const Outline::Boxes& boxes, std::size_t k, const ListedCell& cell,
                         auto corners, const float* by) {
     Cluster cluster;
     for (int c = 0; c < 3; ++c) {
-      cluster.lo[c] = box.lo[c] + by[c];
-      cluster.hi[c] = box.hi[c] + by[c];
+      cluster.lo[c] = boxes.each[k].lo[c] + by[c];
+      cluster.hi[c] = boxes.each[k].hi[c] + by[c];
+      cluster.axis[c] = boxes.cones[k].axis[c];
     }
     cluster.vertex = reinterpret_cast<const std::int16_t(*)[blockSize]>(group.blocks[k].data());
     cluster.count = group.counts[k];
@@ -199,37 +233,34 @@ int ContactLister::listBetween(const Clusters::Group<ofFirst>& a, const Outline:
     kernels_.load(cell.positions, by, corners, cluster);
     return cluster;
   };
-  const float back[3] = {-offset[0], -offset[1], -offset[2]};
   int found = 0;
-  for (std::size_t e = 0; e < boxesOfA.eight.size(); ++e) {
-    if (!second.outline->all.isNear(boxesOfA.eight[e], back, limit)) continue;
-    nearEights_.clear();
-    for (std::size_t f = 0; f < boxesOfB.eight.size(); ++f)
-      if (boxesOfA.eight[e].isNear(boxesOfB.eight[f], offset, limit)) nearEights_.push_back(int(f));
-    if (nearEights_.empty()) continue;
-    const std::size_t end = std::min(boxesOfA.each.size(), 8 * e + 8);
-    for (std::size_t i = 8 * e; i < end; ++i) {
-      near_.clear();
-      for (const int f : nearEights_) {
-        if (!boxesOfA.each[i].isNear(boxesOfB.eight[f], offset, limit)) continue;
-        const int last = std::min(int(boxesOfB.each.size()), 8 * f + 8);
-        for (int j = 8 * f; j < last; ++j)
-          if (boxesOfA.each[i].isNear(boxesOfB.each[j], offset, limit) &&
-              !(same && ofFirst == ofSecond && j < int(i)))
-            near_.push_back(j);
+  for (std::size_t i = 0; i < boxesOfA.each.size(); ++i) {
+    float lo[3], hi[3];
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = boxesOfA.each[i].lo[k] - limit - offset[k];
+      hi[k] = boxesOfA.each[i].hi[k] + limit - offset[k];
+    }
+    if (!second.outline->all.meets(lo, hi)) continue;
+    near_.clear();
+    for (std::size_t f = 0; f < boxesOfB.blocks.size(); ++f) {
+      if (!boxesOfB.sixteen[f].meets(lo, hi)) continue;
+      for (unsigned bits = kernels_.boxes(boxesOfB.blocks[f], lo, hi); bits != 0; bits &= bits - 1) {
+        const int j = int(f) * blockSize + __builtin_ctz(bits);
+        const bool twice = same && ofFirst == ofSecond && j < int(i);
+        if (twice || (same && boxesOfA.cones[i].facesAway(boxesOfB.cones[j]))) continue;
+        near_.push_back(j);
       }
-      if (near_.empty()) continue;
-      const Cluster own = load(a, boxesOfA.each[i], i, first, std::integral_constant<int, ofFirst>(), none);
-      for (const int j : near_) {
-        if (place_[j] < 0) {
-          place_[j] = int(loaded_.size());
-          loaded_.push_back(
-              load(b, boxesOfB.each[j], j, second, std::integral_constant<int, ofSecond>(), offset));
-        }
-        std::int16_t fours[blockSize * blockSize][4];
-        const int listed = kernels_.list(kind, own, loaded_[place_[j]], limit, same, fours);
-        found += addTo(out, fours, listed, ofFirst, same, ofFirst == ofSecond && j == int(i));
+    }
+    if (near_.empty()) continue;
+    const Cluster own = load(a, boxesOfA, i, first, std::integral_constant<int, ofFirst>(), none);
+    for (const int j : near_) {
+      if (place_[j] < 0) {
+        place_[j] = int(loaded_.size());
+        loaded_.push_back(load(b, boxesOfB, j, second, std::integral_constant<int, ofSecond>(), offset));
       }
+      std::int16_t fours[blockSize * blockSize][4];
+      const int listed = kernels_.list(kind, own, loaded_[place_[j]], limit, same, fours);
+      found += addTo(out, fours, listed, ofFirst, same, ofFirst == ofSecond && j == int(i));
     }
   }
   return found;

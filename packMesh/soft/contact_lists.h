@@ -32,15 +32,32 @@ struct FloatBox {
   float lo[3], hi[3];
   void reset();
   void include(const float* p);
-  bool isNear(const FloatBox& other, const float offset[3], float limit) const;
+  /// @param lo, hi of another box
+  bool meets(const float lo[3], const float hi[3]) const;
+};
+
+/// The directions of normals.
+struct NormalCone {
+  Eigen::Vector3f axis = Eigen::Vector3f::Zero();
+  /// Half of the angle within which normals do not face each other, less the half angle of the cone.
+  float left = -1.0f, cosine = 0.0f, sine = 0.0f;
+
+  /// 0: the membrane is folded
+  void fit(const std::vector<Eigen::Vector3f>& normals);
+  /// Whether no normal of one faces one of the other.
+  bool facesAway(const NormalCone& other) const {
+    return left + other.left > 0.0f && axis.dot(other.axis) > cosine * other.cosine - sine * other.sine;
+  }
 };
 
 /// Where a cell is.
 struct Outline {
   FloatBox all;
-  /// Boxes of the clusters, and of every eight of them.
+  /// Of the clusters, and of every sixteen of them.
   struct Boxes {
-    std::vector<FloatBox> each, eight;
+    std::vector<FloatBox> each, sixteen;
+    std::vector<BoxBlock> blocks;
+    std::vector<NormalCone> cones;
   };
   Boxes vertices, edges, triangles;
   std::vector<Eigen::Vector3f> normals;  ///< of vertices; 0 where the triangles are not nearly in one plane
@@ -94,7 +111,7 @@ class ContactLister {
   const ContactKernels& kernels_;
   std::vector<int> place_;  ///< of a cluster in `loaded_`; -1: not loaded
   std::vector<Cluster> loaded_;
-  std::vector<int> near_, nearEights_;
+  std::vector<int> near_;
 };
 
 }  // namespace packmesh

@@ -6,9 +6,6 @@
 namespace packmesh {
 namespace {
 
-/// Two pieces of a membrane can only meet if they face each other. Pieces whose normals have a larger product
-/// cannot, unless others are in between.
-constexpr float facing = 0.25f;
 constexpr float tiny = 1e-20f;  // [µm⁴] far below rounding: keeps what collapses from dividing by 0
 constexpr float leastParallel = 1e-12f;  // [µm⁴] of parallel edges: below rounding, any point will do
 constexpr float leastGap = 4e-6f;        // [µm] rounding of positions and distances
@@ -196,6 +193,17 @@ int contactForces(ContactKind kind, const CellPair& pair, const VertexFours* blo
   return found;
 }
 
+inline Lanes along(const float axis[3], const Point& p) {
+  return axis[0] * p.x + axis[1] * p.y + axis[2] * p.z;
+}
+
+unsigned boxesThatMeet(const BoxBlock& block, const float lo[3], const float hi[3]) {
+  unsigned bits = 0xffffu;
+  for (int k = 0; k < 3; ++k)
+    bits &= bitsWhereLess(load(block.lo[k]), splat(hi[k])) & bitsWhereLess(splat(lo[k]), load(block.hi[k]));
+  return bits;
+}
+
 void loadCluster(const float* cell, const float offset[3], int corners, Cluster& out) {
   const Point shift{splat(offset[0]), splat(offset[1]), splat(offset[2])};
   Point corner[3], center{splat(0.0f), splat(0.0f), splat(0.0f)};
@@ -203,6 +211,18 @@ void loadCluster(const float* cell, const float offset[3], int corners, Cluster&
     corner[c] = vertices(cell, out.vertex[c]) + shift;
     center = center + corner[c];
     store(corner[c].x, out.at[c][0]), store(corner[c].y, out.at[c][1]), store(corner[c].z, out.at[c][2]);
+  }
+  Lanes low = along(out.axis, corner[0]), high = low;
+  for (int c = 1; c < corners; ++c) {
+    low = smaller(low, along(out.axis, corner[c]));
+    high = larger(high, along(out.axis, corner[c]));
+  }
+  float lows[laneCount], highs[laneCount];
+  store(low, lows), store(high, highs);
+  out.from = lows[0], out.to = highs[0];
+  for (int k = 1; k < out.count; ++k) {
+    out.from = lows[k] < out.from ? lows[k] : out.from;
+    out.to = highs[k] > out.to ? highs[k] : out.to;
   }
   center = splat(1.0f / float(corners)) * center;
   Lanes squared = splat(0.0f);
@@ -225,16 +245,20 @@ void loadCluster(const float* cell, const float offset[3], int corners, Cluster&
 inline Point corners(const Cluster& cluster, int c) {
   return {load(cluster.at[c][0]), load(cluster.at[c][1]), load(cluster.at[c][2])};
 }
-/// Those of the second cluster whose spheres are near the box of the first.
+/// Those of the second cluster whose spheres are near the box of the first, and near it along its axis.
 inline unsigned nearBox(const Cluster& first, const Cluster& second, float limit) {
+  const Lanes reach = load(second.radius) + limit;
+  const Lanes t = along(first.axis, {load(second.center[0]), load(second.center[1]), load(second.center[2])});
+  const unsigned bits =
+      bitsWhereLess(larger(first.from - t, t - first.to), reach) & ((1u << second.count) - 1u);
+  if (bits == 0) return bits;
   Lanes squared = splat(0.0f);
   for (int k = 0; k < 3; ++k) {
     const Lanes at = load(second.center[k]);
     const Lanes off = larger(larger(first.lo[k] - at, at - first.hi[k]), splat(0.0f));
     squared = squared + off * off;
   }
-  const Lanes reach = load(second.radius) + limit;
-  return bitsWhereLess(squared, reach * reach) & ((1u << second.count) - 1u);
+  return bitsWhereLess(squared, reach * reach) & bits;
 }
 
 int listContacts(ContactKind kind, const Cluster& first, const Cluster& second, float limit, bool same,
@@ -280,7 +304,7 @@ int listContacts(ContactKind kind, const Cluster& first, const Cluster& second, 
 
 template <InstructionSet set>
 ContactKernels proximityKernels() {
-  return {contactForces, loadCluster, listContacts};
+  return {contactForces, boxesThatMeet, loadCluster, listContacts};
 }
 template ContactKernels proximityKernels<InstructionSet::PACKMESH_INSTRUCTION_SET>();
 

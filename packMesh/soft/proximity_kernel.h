@@ -49,17 +49,30 @@ struct Reaction {
 using ContactForces = int (*)(ContactKind, const CellPair&, const VertexFours*, int size, const Barrier&,
                               float* forces, float* gaps, Reaction* reactions);
 
+/// Two pieces of a membrane can only meet if they face each other. Pieces whose normals have a larger product
+/// cannot, unless others are in between.
+constexpr float facing = 0.25f;
+
+/// Boxes of sixteen clusters [µm]; of none: lo > hi.
+struct BoxBlock {
+  float lo[3][16], hi[3][16];
+};
+/// Those that have a point in common with a box, as bits.
+using BoxesThatMeet = unsigned (*)(const BoxBlock&, const float lo[3], const float hi[3]);
+
 /// Sixteen or fewer vertices, edges or triangles of a cell that are near each other.
 struct Cluster {
   const std::int16_t (*vertex)[16];  ///< of each corner
   int count;
   float lo[3], hi[3];               ///< box around all corners [µm]
+  float axis[3];                    ///< about across the membrane; 0 where it is folded
+  float from, to;                   ///< where the corners are along it [µm]
   float at[3][3][16];               ///< corners and their coordinates [µm]
   float normal[3][16];              ///< their normals; 0 where the membrane is folded
   float center[3][16], radius[16];  ///< of spheres around them
   float inverse[4][16];             ///< of squared lengths
 };
-/// Pre: vertex, count, box and normals are set
+/// Pre: vertex, count, box, axis and normals are set
 /// @param corners 1 (vertices), 2 or 3
 using LoadCluster = void (*)(const float* vertices, const float offset[3], int corners, Cluster&);
 
@@ -71,6 +84,7 @@ using ListContacts = int (*)(ContactKind, const Cluster& first, const Cluster& s
 
 struct ContactKernels {
   ContactForces forces;
+  BoxesThatMeet boxes;
   LoadCluster load;
   ListContacts list;
 };

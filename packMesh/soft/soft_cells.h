@@ -22,14 +22,14 @@ struct SoftSettings {
   double range = 0.14;           ///< of the barrier between a vertex and a triangle [µm]
   double edgeRange = 0.07;       ///< between two edges [µm]
   double wallRange = 0.2;        ///< between a vertex and the wall [µm]
-  double skin = 0.16;            ///< contacts are listed up to their range and this [µm]
+  double skin = 0.2;             ///< contacts are listed up to their range and this [µm]
   double stiffness = 20.0;       ///< of barriers [pN/µm]
   double clearance = 0.0;        ///< that the barriers between cells keep [µm]
   double momentum = 0.9;         ///< share of the last step that is added to the next
   double shareOfGap = 0.4;       ///< largest step: with less than a half nothing can meet
-  double swelling = 0.003;       ///< of the scale per iteration
+  double swelling = 0.006;       ///< of the scale per iteration
   double mostCompressed = 0.03;  ///< cells whose volume lacks more of that at rest do not grow
-  /// Of bending as long as cells grow, so that they fold in few large folds; it then decreases by a fiftieth
+  /// Of bending as long as cells grow, so that they fold in few large folds; it then decreases by a twentieth
   /// in each iteration.
   double stiffening = 5.0;
 };

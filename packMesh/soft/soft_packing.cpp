@@ -20,7 +20,7 @@ namespace {
 
 /// Share of the lumen that small undeformed cells may fill: packing them takes milliseconds per cell. And the
 /// one up to which it is tried whether deformation is needed at all.
-constexpr double easyFraction = 0.42, possibleFraction = 0.58;
+constexpr double easyFraction = 0.52, possibleFraction = 0.58;
 /// They are made smaller by this factor until they can be packed, and not smaller than `smallestStart`.
 constexpr double smaller = 0.85, smallestStart = 0.25;
 constexpr std::int64_t sweepsForStart = 3000;
@@ -33,14 +33,16 @@ constexpr double shareOfMeanGap = 0.8;
 constexpr double leastRange = 0.2;
 /// Cells are at rest when the largest force is less than this [pN]; halved, as long as HemoCell's forces are
 /// not as small as aimed at, down to the least.
-constexpr double atRest = 0.3, leastAtRest = 0.02;
+constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
+/// Where forces stay too large, cells begin elsewhere.
+constexpr int mostAttempts = 3;
 /// Iterations between two looks at HemoCell's forces.
-constexpr std::int64_t lookEvery = 25;
+constexpr std::int64_t lookEvery = 10;
 constexpr std::int64_t reportEvery = 10;
 constexpr double leastSeconds = 0.001;  ///< of packing what begins at the time limit; 0 would be none
 
@@ -81,20 +83,20 @@ std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
   return gap;
 }
 
+std::vector<Vec3> scaledBy(double scale, std::vector<Vec3> vertices) {
+  for (Vec3& v : vertices) v *= scale;
+  return vertices;
+}
+
 /// The physics of undeformed cells at a scale, apart from those that do not grow.
 Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, double scale, double gap) {
   Physics small = physics;
   small.clearance += gap;
   small.wallClearance += gap;
   std::map<const Shape*, std::shared_ptr<const Shape>> made;
-  const auto scaled = [&](const Shape& shape) {
-    TriangleMesh mesh = shape.mesh();
-    for (Vec3& v : mesh.vertices) v *= scale;
-    return mesh;
-  };
   const auto madeOf = [&](const std::shared_ptr<const Shape>& shape) {
     std::shared_ptr<const Shape>& out = made[shape.get()];
-    if (!out) out = std::make_shared<const Shape>(scaled(*shape));
+    if (!out) out = std::make_shared<const Shape>(*shape, scale);
     return out;
   };
   // Shapes can be shared with species that do not grow: small ones have numbers of their own.
@@ -103,9 +105,10 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
     const auto [at, isNew] = smallOf.try_emplace(shape, int(small.shapes.size()));
     if (!isNew) return at->second;
     const auto& undeformed = physics.shapes[shape]->undeformed();
-    small.shapes.push_back(undeformed ? std::make_shared<const Shape>(scaled(*physics.shapes[shape]).vertices,
-                                                                      madeOf(undeformed))
-                                      : madeOf(physics.shapes[shape]));
+    small.shapes.push_back(
+        undeformed ? std::make_shared<const Shape>(scaledBy(scale, physics.shapes[shape]->mesh().vertices),
+                                                   madeOf(undeformed))
+                   : madeOf(physics.shapes[shape]));
     return at->second;
   };
   for (std::size_t s = 0; s < small.species.size(); ++s) {
@@ -152,6 +155,18 @@ class SoftPacker {
 
   SoftPacking run() {
     SoftPacking out;
+    for (attempt_ = 0; attempt_ < mostAttempts; ++attempt_) {
+      out = attempt();
+      const bool forcesTooLarge =
+          out.outcome == Outcome::outOfReach && out.iterations > 0 && out.scale == 1.0;
+      if (!forcesTooLarge || control_.stopped()) break;
+    }
+    return out;
+  }
+
+ private:
+  SoftPacking attempt() {
+    SoftPacking out;
     if (!placeSmallCells(out)) return out;
     out.startScale = scale_;
     if (scale_ == 1.0) {
@@ -184,14 +199,13 @@ class SoftPacker {
     return out;
   }
 
- private:
   /// Packs undeformed cells, as large as that is easy. @return whether it succeeded
   bool placeSmallCells(SoftPacking& out) {
-    if (fraction_ <= possibleFraction && placeUndeformed(1.0)) return true;
+    if (attempt_ == 0 && fraction_ <= possibleFraction && placeUndeformed(1.0)) return true;
     if (growing_ > 0.0) {
       // Of the lumen that is left by cells that do not grow.
       const double left = std::max(0.0, 1.0 - (fraction_ - growing_));
-      double scale = std::min(smaller, std::cbrt(easyFraction * left / growing_));
+      double scale = attempt_ == 0 ? std::min(smaller, std::cbrt(easyFraction * left / growing_)) : scale_;
       for (; scale > smallestStart && !control_.stopped(); scale *= smaller)
         if (placeUndeformed(scale)) return true;
     }
@@ -205,6 +219,7 @@ class SoftPacker {
     // Those of full size are a result, if there are any.
     const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
     PackingProblem small{scaledPhysics(physics_, grows_, scale, gap), nullptr, problem_.execution};
+    small.physics.seed += std::uint64_t(attempt_);
     if (problem_.execution.progress)
       small.execution.progress = [this, scale](Progress progress) {
         progress.scale *= scale;
@@ -313,6 +328,7 @@ class SoftPacker {
   std::vector<char> grows_;                ///< of each species, whether its cells are soft
   double fraction_ = 0.0, growing_ = 0.0;  ///< of the lumen, that cells fill; that soft ones fill
   double scale_ = 1.0;
+  int attempt_ = 0;
   Physics small_;
   std::vector<PlacedCell> placed_;  ///< undeformed, of all ranks
   std::vector<Pose> poses_;         ///< of the same

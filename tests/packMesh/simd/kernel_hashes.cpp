@@ -531,11 +531,21 @@ Hash proximity(InstructionSet set, ContactKind kind) {
       Cluster& one = clusters[i];
       one.vertex = numbers;
       one.count = width - i;
-      for (int k = 0; k < 3; ++k) one.lo[k] = -1.0f, one.hi[k] = 1.0f;
+      for (int k = 0; k < 3; ++k) {
+        one.lo[k] = -1.0f, one.hi[k] = 1.0f;
+        one.axis[k] = random.between(-0.6f, 0.6f);
+      }
       for (auto& normals : one.normal)
         for (float& x : normals) x = random.between(-1.0f, 1.0f);
       kernels.load(cells[i].data(), i == 0 ? none : offset, i == 0 ? ofFirst : ofSecond, one);
     }
+    BoxBlock boxes;
+    for (int k = 0; k < 3; ++k)
+      for (int n = 0; n < width; ++n) {
+        boxes.lo[k][n] = random.between(-1.0f, 1.0f);
+        boxes.hi[k][n] = boxes.lo[k][n] + 0.5f;
+      }
+    hash.add(int(kernels.boxes(boxes, offset, clusters[0].hi)));
     std::int16_t found[listed][4];
     const int count = kernels.list(kind, clusters[0], clusters[1], 0.3f, example % 2 == 0, found);
     hash.add(count);
