@@ -34,7 +34,7 @@ def in_python(text):
     for option, argument in (("option '--hematocrit'", "hematocrit"), ("option '--clearance'", "clearance"), ("option '--vessel'", "vessel"),
                              ("--hematocrit h", "hematocrit=h"), ("--rbc n", 'species={"RBC": n}'), ("sX sY sZ", "box=(x, y, z)"),
                              ("--cylinder, --sphere and --vessel", "cylinder, sphere and vessel"), ("--best-effort", "best_effort"),
-                             ("--max-time", "max_time"), ('--order columns', 'order="columns"')):
+                             ("--max-time", "max_time"), ("--soft", "soft"), ('--order columns', 'order="columns"')):
         text = text.replace(option, argument)
     return text
 
