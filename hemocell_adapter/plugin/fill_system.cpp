@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -15,6 +14,7 @@
 #include "hemocell_adapter/session/running_hemocell.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "hemocell_adapter/settings/request_json.h"
+#include "packMesh/core/best_pose.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/parallel/arrival.h"
 
@@ -242,32 +242,17 @@ class Distribution {
   std::vector<Region> regions_;
 };
 
-/// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
+/// The template where it fits best.
 /// @param keepsVertices with those of the cell @param largest residual so far, raised to that of this fit
 /// [µm]
 packmesh::Cell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running,
                       bool keepsVertices, double& largest) {
   const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
   std::vector<Vec3> points;
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    const auto& v = cell.vertices[i];
+  for (const auto& v : cell.vertices)
     points.push_back(system.dx * Vec3(v[0] - double(system.first[0]), v[1] - double(system.first[1]),
                                       v[2] - double(system.first[2])));
-    from += shape[i];
-    to += points.back();
-  }
-  from /= double(shape.size());
-  to /= double(shape.size());
-  Mat3 moments = Mat3::Zero();
-  for (std::size_t i = 0; i < shape.size(); ++i) moments += (points[i] - to) * (shape[i] - from).transpose();
-  const Eigen::JacobiSVD<Mat3> parts(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vec3 signs = Vec3::Ones();
-  if ((parts.matrixU() * parts.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
-  const Mat3 rotation = parts.matrixU() * signs.asDiagonal() * parts.matrixV().transpose();
-  packmesh::Cell moved{cell.id, cell.type, {}};
-  moved.pose.orientation = Quaternion(rotation).normalized();
-  moved.pose.position = to - rotation * from;
+  packmesh::Cell moved{cell.id, cell.type, bestPose(shape, points)};
   double squares = 0.0;
   for (std::size_t i = 0; i < shape.size(); ++i)
     squares += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();

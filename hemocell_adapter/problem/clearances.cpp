@@ -34,9 +34,6 @@ constexpr double defaultSearch = 60.0, finestShare = 0.02, finestStep = 0.001;
 /// Fraction of the remaining time that an attempt with more clearance than demanded may take.
 constexpr double shareOfTime = 0.25;
 
-/// A time limit must be positive, since 0 means none [s].
-constexpr double leastSeconds = 1e-9;
-
 /// Whether an existing packing is only to be certified again: it is kept unchanged.
 bool givenWhole(const Problem& problem) {
   for (const CellSpecies& species : problem.species)  // profiles give initial poses to all others
@@ -113,7 +110,7 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();
     const double left =
-        request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), leastSeconds) : 0.0;
+        request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), Limits::leastSeconds) : 0.0;
     const bool chosen = levels.back().membranes == 0.0 && levels.back().wall == 0.0;  // none is asked for
     AttemptLimits limits;
     limits.maxSeconds = left;

@@ -419,10 +419,6 @@ class Parting {
   std::vector<std::vector<std::int64_t>> toPlace_;  ///< movable red cells, by species and region
 };
 
-}  // namespace
-
-namespace {
-
 std::shared_ptr<const Region> makeRegion(const SolidRequest& body, const Container& lumen,
                                          const Threads& team, std::vector<std::string>& repairs) {
   const Box bounds = lumen.bounds();

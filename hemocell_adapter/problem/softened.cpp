@@ -21,7 +21,6 @@ const double wallRoom = std::sqrt(0.5);
 /// it, cells may be nearer to the wall. A tenth of the time is for the certificate.
 constexpr std::int64_t iterationsWithRoom = 4000;
 constexpr double shareWithRoom = 0.5, shareOfTime = 0.9;
-constexpr double leastSeconds = 1e-3;  ///< of packing at the time limit; 0 would be none
 
 std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& packed) {
   std::vector<SoftSpecies> soft;
@@ -160,7 +159,7 @@ Softened softened(const Problem& problem, const std::function<bool()>& interrupt
     PackingProblem packing = packingProblemOf(problem, packed, interrupted, progress);
     if (const double most = problem.request.maxSeconds; most > 0.0)
       packing.execution.limits.maxSeconds =
-          std::max(leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
+          std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
     SoftLimits limits;
     limits.force = problem.request.maxForce;
     limits.aim = std::min(limits.aim, 0.9 * limits.force);
@@ -180,8 +179,8 @@ Softened softened(const Problem& problem, const std::function<bool()>& interrupt
     if (last && levels.size() > 1)
       made.notices.warnings.push_back(
           fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
-                      "node: HemoCell "
-                      "deletes cells with a vertex on one, and a smaller dx leaves them more room",
+                      "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "
+                      "room",
                       levels.front().wall));
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));

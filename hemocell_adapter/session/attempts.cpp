@@ -92,9 +92,7 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 }  // namespace
 
 Attempts::Attempts(const Problem& problem, const OutputRequest& output, const Hooks& hooks)
-    : problem_(problem), output_(output), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {
-  if (!hooks_.progress) hooks_.progress = [](const Progress& progress, ProgressLog& log) { log(progress); };
-}
+    : problem_(problem), output_(output), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {}
 
 const PackedParts& Attempts::partsWith(const Clearances& clearances) {
   const auto have = [&](const PackedParts& parts) {
@@ -109,7 +107,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   const Request& request = problem_.request;
   PackingProblem packing =
       packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted,
-                       [this](const Progress& progress) { hooks_.progress(progress, progress_); });
+                       [this](const Progress& progress) { hooks_.tell(progress, progress_); });
   if (!begun_) requireSameOnAllRanks(packing);
   if (!limits.fewerCells && !isPossible(packing)) return {};
   packing.execution.limits.maxSeconds = limits.maxSeconds;

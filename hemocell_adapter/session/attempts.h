@@ -17,6 +17,7 @@ namespace packmesh::hemocell {
 struct Hooks {
   std::function<bool()> interrupted;
   std::function<void(const Progress&, ProgressLog&)> progress;
+  void tell(const Progress& now, ProgressLog& log) const { progress ? progress(now, log) : log(now); }
   bool convertsFrames = true;  ///< false: the caller makes series of the states of the engine (StateFrames)
 };
 

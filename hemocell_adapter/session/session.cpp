@@ -185,10 +185,7 @@ std::shared_ptr<const Problem> Session::withSoftCells(const std::shared_ptr<cons
                                                       const OutputRequest& output) const {
   ProgressLog progressLog(*problem);
   Softened soft = softened(
-      *problem, hooks_.interrupted,
-      [&](const Progress& progress) {
-        hooks_.progress ? hooks_.progress(progress, progressLog) : progressLog(progress);
-      },
+      *problem, hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
       [&] { return ranks_.max(timer_.wall()); });
   if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
   const Request& request = problem->request;

@@ -43,6 +43,11 @@ double surfaceArea(const TriangleMesh& mesh) {
   return two / 2.0;
 }
 
+std::vector<Vec3> scaledBy(double factor, std::vector<Vec3> points) {
+  for (Vec3& p : points) p *= factor;
+  return points;
+}
+
 Box boundingBox(const TriangleMesh& mesh) {
   Box box;
   for (const Vec3& v : mesh.vertices) box.add(v);

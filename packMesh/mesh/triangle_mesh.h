@@ -37,6 +37,9 @@ double signedVolume(const TriangleMesh& mesh);
 /// Surface area [µm²].
 double surfaceArea(const TriangleMesh& mesh);
 
+/// Points on lines from the origin, farther from it by this factor.
+std::vector<Vec3> scaledBy(double factor, std::vector<Vec3> points);
+
 /// Bounding box of all vertices [µm].
 Box boundingBox(const TriangleMesh& mesh);
 

@@ -19,6 +19,7 @@ struct Limits {
   /// it may take twice as long. After that, pack() ends within 5 s, or within 2 s per 100,000 cells if that
   /// is longer. 0: no limit.
   double maxSeconds = 0.0;
+  static constexpr double leastSeconds = 1e-9;  ///< of what begins at the time limit: 0 would be none
   std::int64_t maxSweeps = 100000;  ///< relaxation sweeps, or iterations of an engine, for fitting all cells
   std::int64_t sweepsForFew = 0;    ///< further sweeps if only few contacts are left then
   std::function<double()> clock = {};  ///< current time [s]; empty: the system clock

@@ -55,11 +55,6 @@ DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
   return sampleDistance(hierarchy, boundingBox(mesh).grownBy(margin), spacing, margin, threads);
 }
 
-TriangleMesh scaledBy(double factor, TriangleMesh mesh) {
-  for (Vec3& v : mesh.vertices) v *= factor;
-  return mesh;
-}
-
 std::variant<ProfileSurface, DistanceGrid> scaledBy(double factor,
                                                     std::variant<ProfileSurface, DistanceGrid> field) {
   if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->scaledBy(factor);
@@ -165,7 +160,8 @@ Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
 Shape::Shape(const TriangleMesh& mesh, const Threads& threads) : Shape(MeshHierarchy(mesh), threads) {}
 
 Shape::Shape(const Shape& other, double factor)
-    : Shape(MeshHierarchy(scaledBy(factor, other.mesh())), scaledBy(factor, other.field())) {}
+    : Shape(MeshHierarchy({scaledBy(factor, other.mesh().vertices), other.mesh().triangles}),
+            scaledBy(factor, other.field())) {}
 
 Shape::Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed)
     : undeformed_(std::move(undeformed)),

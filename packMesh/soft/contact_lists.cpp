@@ -160,12 +160,10 @@ bool FloatBox::meets(const float otherLo[3], const float otherHi[3]) const {
 
 void NormalCone::fit(const std::vector<Eigen::Vector3f>& normals) {
   constexpr float rounding = 1e-3f;  // of angles
-  axis.setZero();
-  left = -1.0f;
-  for (const Eigen::Vector3f& normal : normals) {
-    if (normal.isZero(0.0f)) return;
-    axis += normal;
-  }
+  *this = {};
+  const auto isZero = [](const Eigen::Vector3f& normal) { return normal.isZero(0.0f); };
+  if (std::any_of(normals.begin(), normals.end(), isZero)) return;
+  for (const Eigen::Vector3f& normal : normals) axis += normal;
   axis /= std::max(axis.norm(), tiny);
   float least = 1.0f;
   for (const Eigen::Vector3f& normal : normals) least = std::min(least, axis.dot(normal));

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "packMesh/core/best_pose.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/run_control.h"
@@ -44,7 +45,6 @@ constexpr int mostAttempts = 3;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 10;
 constexpr std::int64_t reportEvery = 10;
-constexpr double leastSeconds = 0.001;  ///< of packing what begins at the time limit; 0 would be none
 
 /// By how much distances of a wall may be too large [µm].
 double excessOf(const Wall& wall, const Box& region) {
@@ -81,11 +81,6 @@ std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
     };
   }
   return gap;
-}
-
-std::vector<Vec3> scaledBy(double scale, std::vector<Vec3> vertices) {
-  for (Vec3& v : vertices) v *= scale;
-  return vertices;
 }
 
 /// The physics of undeformed cells at a scale, apart from those that do not grow.
@@ -229,7 +224,7 @@ class SoftPacker {
     limits.fewerCells = limits.someCloser = false;
     limits.maxSweeps = std::min(sweepsForStart, limits.maxSweeps);
     if (control_.limited())
-      limits.maxSeconds = std::max(leastSeconds, limits.maxSeconds - control_.elapsed());
+      limits.maxSeconds = std::max(Limits::leastSeconds, limits.maxSeconds - control_.elapsed());
     PackingResult packed;
     try {
       packed = pack(small);
@@ -266,14 +261,11 @@ class SoftPacker {
             problem_.execution.threads};
   }
 
-  Deformation deformation(const SoftCells& cells, std::size_t i) const {
-    return deformationOf(*membranes_[placed_[i].species], cells.vertices(i));
-  }
-
   double largestHemocellForce(const SoftCells& cells) const {
     std::vector<double> forces(placed_.size(), 0.0);
     problem_.execution.threads.forEach(std::int64_t(forces.size()), [&](std::int64_t i, int) {
-      if (grows_[placed_[i].species]) forces[i] = deformation(cells, std::size_t(i)).force;
+      if (grows_[placed_[i].species])
+        forces[i] = deformationOf(*membranes_[placed_[i].species], cells.vertices(std::size_t(i))).force;
     });
     return *std::max_element(forces.begin(), forces.end());
   }
@@ -291,7 +283,6 @@ class SoftPacker {
         out.push_back(std::move(cell));
         continue;
       }
-      cell.deformation = deformation(cells, i);
       cell.vertices = cells.vertices(i);
       cell.pose = bestPose(membranes_[s]->mesh().vertices, cell.vertices);
       const Mat3 back = cell.pose.orientation.toRotationMatrix().transpose();
@@ -299,19 +290,6 @@ class SoftPacker {
       out.push_back(std::move(cell));
     }
     return out;
-  }
-
-  /// The pose of the template with the least sum of squared distances between its vertices and those of a
-  /// cell.
-  static Pose bestPose(const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
-    const auto matrix = [](const std::vector<Vec3>& points) {
-      return Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, Eigen::Index(points.size()));
-    };
-    const Eigen::Matrix4d best = Eigen::umeyama(matrix(from), matrix(to), false);
-    Pose pose;
-    pose.orientation = Quaternion(Mat3(best.topLeftCorner<3, 3>())).normalized();
-    pose.position = best.topRightCorner<3, 1>();
-    return pose;
   }
 
   void report(const SoftCells& cells) const {

@@ -25,7 +25,6 @@ struct SoftlyPackedCell {
   int species = 0;
   Pose pose;                   ///< that of the template that fits best
   std::vector<Vec3> vertices;  ///< in the order and frame of the template [µm]; empty: those of the template
-  Deformation deformation;     ///< of those that are not rigid
 };
 
 struct SoftPacking {

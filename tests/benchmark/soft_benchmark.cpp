@@ -50,16 +50,18 @@ bool run(const std::string& name, std::shared_ptr<const Container> lumen, std::i
     fmt::print("undeformed, {:.4f} s of CPU per cell\n", cpu / double(cells));
     return true;
   }
+  const Membrane membrane(redCell()->mesh(), hemocell::defaultMembrane("RBC"));
   std::vector<PlacedCell> placed;
   std::vector<double> forces;
   double volume = 0.0, area = 0.0, triangle = 0.0;
   for (const SoftlyPackedCell& cell : packed.cells) {
     placed.push_back({0, std::int32_t(problem.physics.shapes.size()), cell.pose.placement()});
     problem.physics.shapes.push_back(std::make_shared<const Shape>(cell.vertices, redCell()));
-    forces.push_back(cell.deformation.force);
-    volume = std::max(volume, std::abs(cell.deformation.volume));
-    area = std::max(area, std::abs(cell.deformation.area));
-    triangle = std::max(triangle, std::abs(cell.deformation.triangle));
+    const Deformation deformation = deformationOf(membrane, cell.vertices);
+    forces.push_back(deformation.force);
+    volume = std::max(volume, std::abs(deformation.volume));
+    area = std::max(area, std::abs(deformation.area));
+    triangle = std::max(triangle, std::abs(deformation.triangle));
   }
   std::sort(forces.begin(), forces.end());
   const Certificate certificate = certify(certificateInputOf(problem.physics, placed));

@@ -312,7 +312,9 @@ case $test in
     grep -q 'with 2 periodic axes on 2 ranks.*one rank.*setSystemPeriodicity' said.txt
     config 60 44 44 "<hematocrit> 0.2 </hematocrit>"
     if case_on 2 pipe 2 1 1 lose > said.txt 2>&1; then fail "a vertex is missing, and nothing was said"; fi
-    grep -q 'deleted cells before the end of iteration 1 that were packed: 1 of [0-9]* RBC' said.txt ;;
+    grep -q 'deleted cells before the end of iteration 1 that were packed: 1 of [0-9]* RBC' said.txt
+    if case_on 2 pipe 2 1 1 double > said.txt 2>&1; then fail "a vertex is there twice, and nothing was said"; fi
+    grep -q 'HemoCell has more vertices before the end of iteration 1 than were packed: 1 of RBC' said.txt ;;
   spacing)  # a state of another lattice spacing is the start of a packing
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     case_on 2 pipe 2 1 1 --state cells.h5 > packed.txt

@@ -10,7 +10,8 @@
 //          [stop]; deform (as 2 of these iterations do), cross (the first cell gets a mesh that intersects
 //          itself); before all others, in this order: config FILE; catch (failures are thrown); shifts or
 //          copies (HemoCell's exchange of particles, with its error or without); then, or before the
-//          program's: restart (own or plugin); checkpoint; lose (a vertex, in the first iteration)
+//          program's: restart (own or plugin); checkpoint; lose or double (a vertex, in the
+//          first iteration)
 // Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
 // position.
 #include <cmath>
@@ -248,7 +249,8 @@ void run(hemo::HemoCell& hemocell, std::vector<std::string> words) {
     words.resize(words.size() - 2);
   }
   const bool shifts = taken(words, "shifts"), copies = taken(words, "copies");
-  const bool checkpoint = taken(words, "checkpoint"), lose = taken(words, "lose");
+  const bool checkpoint = taken(words, "checkpoint"), lose = taken(words, "lose"),
+             doubles = taken(words, "double");
   const bool deforms = taken(words, "deform"), crosses = taken(words, "cross");
   const packmesh::LoadedParticles loaded = load(hemocell, words);
   for (int i = 0; deforms && i < 2; ++i) stretch(hemocell);
@@ -263,6 +265,12 @@ void run(hemo::HemoCell& hemocell, std::vector<std::string> words) {
     for (const plb::plint id : hemocell.cellfields->immersedParticles->getLocalInfo().getBlocks())
       hemocell.cellfields->immersedParticles->getComponent(id).removeIf(
           [](hemo::HemoCellParticle const& p) { return p.sv.cellId == 0 && p.sv.vertexId == 0; });
+  for (const plb::plint id : hemocell.cellfields->immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = hemocell.cellfields->immersedParticles->getComponent(id);
+    for (std::size_t i = 0, end = doubles ? block.particles.size() : 0; i < end; ++i)
+      if (block.particles[i].sv.cellId == 0 && block.particles[i].sv.vertexId == 0)
+        block.particles.push_back(hemo::HemoCellParticle(block.particles[i]));
+  }
   if (!loaded.counts.empty()) packmesh::verifyParticles(hemocell, loaded);
   if (checkpoint) hemocell.saveCheckPoint();
   watched(hemocell, iterations, stops);

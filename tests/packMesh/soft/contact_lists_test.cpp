@@ -64,6 +64,15 @@ TEST_CASE("lists of contacts have every vertex that is near a triangle, and no o
   CHECK(expected > 100);
 }
 
+/// An upper bound of the distance of two edges.
+double edgesApart(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+  double nearest = 1e9;
+  for (int m = 0; m <= 8; ++m)
+    for (int n = 0; n <= 8; ++n)
+      nearest = std::min(nearest, (p + m / 8.0 * (q - p) - r - n / 8.0 * (s - r)).norm());
+  return nearest;
+}
+
 TEST_CASE("lists of pairs of edges have every pair of which sampled points are near", "[soft]") {
   const Listed a(sample::redCell(2)), b(sample::redCell(2));
   const std::array<float, 3> offset = {0.4f, 1.5f, 0.9f};
@@ -73,12 +82,7 @@ TEST_CASE("lists of pairs of edges have every pair of which sampled points are n
   std::size_t expected = 0;
   for (const auto& [p, q] : a.membrane.edges())
     for (const auto& [r, s] : b.membrane.edges()) {
-      double nearest = 1e9;
-      for (int m = 0; m <= 8; ++m)
-        for (int n = 0; n <= 8; ++n)
-          nearest = std::min(
-              nearest, (x[p] + m / 8.0 * (x[q] - x[p]) - x[r] - n / 8.0 * (x[s] - x[r]) - shift).norm());
-      if (nearest >= 0.4) continue;
+      if (edgesApart(x[p], x[q], x[r] + shift, x[s] + shift) >= 0.4) continue;
       ++expected;
       CHECK(found.count({p, q, r, s}) == 1);
     }
@@ -105,6 +109,37 @@ TEST_CASE("a cell's contacts with itself are between pieces that face each other
     }
     CHECK(across > found.size() / 2);
   }
+}
+
+TEST_CASE("where a membrane is folded, all of its pieces that are near are contacts", "[soft]") {
+  TriangleMesh flat = sample::redCell(3);
+  for (Vec3& v : flat.vertices) v.y() *= 0.2;
+  for (std::size_t v = 0; v < flat.vertices.size(); v += 37) flat.vertices[v].y() -= 0.4;  // spikes
+  const Listed pressed(flat);
+  const auto isFolded = [&](int v) { return pressed.outline.normals[v].isZero(0.0f); };
+  constexpr double limit = 0.3, rounding = 1e-5;
+  const Fours triangles =
+      listed(pressed, pressed, ContactKind::vertexTriangle, {0.0f, 0.0f, 0.0f}, float(limit), true);
+  const Fours edges = listed(pressed, pressed, ContactKind::edgeEdge, {0.0f, 0.0f, 0.0f}, float(limit), true);
+  const std::vector<Vec3>& x = flat.vertices;
+  const ClosestPoint closest(flat);
+  std::size_t near = 0;
+  for (int v = 0; v < int(x.size()); ++v)
+    for (int t = 0; t < int(flat.triangles.size()); ++t) {
+      const auto& [p, q, r] = flat.triangles[t];
+      if (!isFolded(v) || v == p || v == q || v == r) continue;
+      if (closest.onTriangle(t, x[v]).distance >= limit - rounding) continue;
+      ++near;
+      CHECK(triangles.count({v, p, q, r}) == 1);
+    }
+  for (const auto& [p, q] : pressed.membrane.edges())
+    for (const auto& [r, s] : pressed.membrane.edges()) {
+      if (!isFolded(p) || std::set<int>{p, q, r, s}.size() < 4) continue;
+      if (edgesApart(x[p], x[q], x[r], x[s]) >= limit - rounding) continue;
+      ++near;
+      CHECK(edges.count({p, q, r, s}) + edges.count({r, s, p, q}) == 1);
+    }
+  CHECK(near > 500);
 }
 
 }  // namespace
