@@ -10,6 +10,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/grid_key.h"
+#include "packMesh/core/vector_text.h"
 #include "packMesh/mesh/joined_sets.h"
 #include "packMesh/placement/accessible_space.h"
 
@@ -77,11 +78,6 @@ class PartGrid {
   std::vector<int> level_;  ///< of each part
 };
 
-/// "(1, 2, 3)".
-std::string textOf(const Vec3& p) {
-  return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
-}
-
 std::vector<int> numbersTo(std::size_t count) {
   std::vector<int> all(count);
   for (std::size_t i = 0; i < count; ++i) all[i] = int(i);
@@ -115,7 +111,7 @@ std::vector<char> findSection(const AccessibleSpace& space, const PartGrid& grid
     const double away = Box{centre - half, centre + half}.squaredDistance(point);
     if (away < least) least = away, nearest = int(m);
   }
-  if (nearest < 0) throw InputError(fmt::format("the point {} is not in the lumen", textOf(point)));
+  if (nearest < 0) throw InputError(fmt::format("the point {} is not in the lumen", toText(point)));
   std::vector<char> section(parts.size(), 0);
   for (std::size_t m = 0; m < meeting.size(); ++m)
     section[meeting[m]] = joined.first(int(m)) == joined.first(nearest);
@@ -146,7 +142,7 @@ std::vector<char> flood(const AccessibleSpace& space, const PartGrid& grid, cons
     flooded[i] = isBeyond[set];
     if (isBeyond[set] && isBefore[set])
       throw InputError(fmt::format(
-          "the cut at {} does not separate the lumen: its two sides are connected elsewhere", textOf(point)));
+          "the cut at {} does not separate the lumen: its two sides are connected elsewhere", toText(point)));
   }
   return flooded;
 }
