@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import List, Sequence
+from typing import Callable, Dict, Iterable, List, Sequence, Tuple
 
 from packmesh import files
 from packmesh.errors import InputError
@@ -47,6 +47,25 @@ def write(exports: Sequence[File], folder: str) -> List[str]:
             outputs.write(os.path.join(folder, file.name), file.pieces())
         outputs.commit()
     return names_of(exports, folder)
+
+
+def write_series(steps: Iterable[Tuple[int, Callable[[], PackingFile]]], formats: Sequence[str], folder: str) -> List[str]:
+    """The files of each step of a run in a folder of its own, step_005000 and so on, and a series for ParaView of each .vtp file, beside
+    these folders. steps: their iterations, and what reads the cells; one is in memory at a time. All or none. Returns the names of the
+    folders and series. Raises InputError, OutputError"""
+    frames: Dict[str, List[Tuple[int, str]]] = {}
+    names = []
+    with files.Outputs() as outputs:
+        for iteration, cells in steps:
+            names.append(f"step_{iteration:06}")
+            for file in exported(cells(), formats):
+                outputs.write(os.path.join(folder, names[-1], file.name), file.pieces())
+                if file.name.endswith(".vtp"):
+                    frames.setdefault(file.name[:-4] + ".pvd", []).append((iteration, f"{names[-1]}/{file.name}"))
+        for name, of_name in frames.items():
+            outputs.write(os.path.join(folder, name), [vtk.series(of_name)])
+        outputs.commit()
+    return [os.path.join(folder, name) for name in [*names, *frames]]
 
 
 def names_of(exports: Sequence[File], folder: str) -> List[str]:

@@ -3,9 +3,11 @@
 
     packmesh export cells.h5 --format csv --format stl [--folder FOLDER]
     packmesh export out --step 5000 --case config.xml --format vtk-meshes
+    packmesh export out --every 1 --case config.xml --format vtk-meshes --folder film
 
 cells.h5 is a state (packMesh --state), or the packing.h5 that packMesh leaves where it could not use this package. out is the output
-folder of a HemoCell run: stl and vtk-meshes have its deformed membranes, other formats the rigid bodies that are nearest to them.
+folder of a HemoCell run: stl and vtk-meshes have its deformed membranes, other formats the rigid bodies that are nearest to them. --every n writes every n-th step
+to a folder of its own (step_005000), and series of .vtp files that ParaView plays (.pvd).
 """
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from typing import Optional
 
 from packmesh import command, files
 from packmesh.errors import InputError
-from packmesh.export import FORMATS, exported, names_of, write
+from packmesh.export import FORMATS, exported, names_of, write, write_series
 from packmesh.hemocell_run import hemocell_output
 from packmesh.packing_file import PackingFile
 
@@ -33,11 +35,19 @@ def main() -> None:
     parser = command.Parser(__doc__)
     parser.add_argument("file", help="cells.h5, or output folder of a run")
     parser.add_argument("--step", type=int, metavar="iteration", help="of a run; default: the last")
+    parser.add_argument("--every", type=command.whole(1, 10**9, "a number of steps"), metavar="n", help="of a run: every n-th step, as a series")
     parser.add_argument("--case", metavar="config.xml", help="of a run: its lumen and templates")
     parser.add_argument("--format", action="append", required=True, choices=FORMATS, help="can be repeated")
     parser.add_argument("--folder", default=".", help="where to write (default: the current one)")
     parser.add_argument("--plan", action="store_true", help="only print the names of the files")
     words = parser.parse_args()
+    if words.every is not None:
+        if words.step is not None or words.plan or not os.path.isdir(words.file):
+            raise command.UsageError("--every is for the output folder of a run, without --step and --plan")
+        steps = hemocell_output(words.file, config=words.case)[::words.every]
+        for name in write_series([(step.iteration, lambda step=step: step.packing().cells_file()) for step in steps], words.format, words.folder):
+            files.say(f"Wrote {name}")
+        return
     packing = cells_of(words.file, words.step, words.case)
     exports = exported(packing, words.format)
     if words.plan:

@@ -56,13 +56,6 @@ class State:
         return vtk.membranes_of(name, [group(cell, *mesh) for cell, (_, _, mesh) in enumerate(meshes)], self.data)
 
 
-def series(frames: List[Tuple[int, str]]) -> bytes:
-    """A .pvd file of states and their files."""
-    return ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
-            + "".join(f'    <DataSet timestep="{state}" file="{name}"/>\n' for state, name in frames)
-            + "  </Collection>\n</VTKFile>\n").encode()
-
-
 def write(folder: str) -> List[str]:
     """Returns the files that were read. Raises InputError, OutputError"""
     found: Dict[str, List[int]] = {"state": [], "cat_cells": []}
@@ -88,7 +81,7 @@ def write(folder: str) -> List[str]:
                 outputs.write(os.path.join(folder, file.name), file.pieces())
         for name, frames in (("growth.pvd", membranes), ("cat_cells.pvd", cells)):
             if frames:
-                outputs.write(os.path.join(folder, name), [series(frames)])
+                outputs.write(os.path.join(folder, name), [vtk.series(frames)])
         outputs.commit()
     return read
 

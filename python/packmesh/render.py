@@ -9,7 +9,8 @@ what is one of
   cells.h5      a state file (packMesh --state)
   cells.vtp     what catCells --vtp wrote
   cells.pov     a scene that was kept
-A state file needs h5py; for a case, the package must be installed with its C++ module.
+  output        the output folder of a HemoCell run: its last step; with --every n a film of every n-th step
+A state file and a run need h5py; for a case, the package must be installed with its C++ module.
 
   --scene cells.pov                 keep the scene, for POV-Ray itself
   --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)
@@ -19,6 +20,8 @@ A state file needs h5py; for a case, the package must be installed with its C++ 
   --azimuth a --elevation e         direction of the camera [degrees]: azimuth 0 is +x, 90 is +y
   --turntable n                     n pictures around the scene: picture-000.png ..., and an animation if ffmpeg
                                     (picture.mp4) or ImageMagick (picture.gif) is installed
+  --every n                         of a run: a picture of every n-th step, and an animation, as with --turntable
+  --case config.xml                 of a run: its lumen and templates
   --quality draft|normal|fine       draft: hard edges; fine: smoother, soft shadows
   --size WxH                        the same as width height
 """
@@ -33,7 +36,7 @@ import tempfile
 from packmesh import command, files, scene, vtp
 from packmesh.errors import InputError, OutputError
 
-OPTIONS = ("scene", "show", "color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
+OPTIONS = ("scene", "show", "color", "max-gap", "clip", "azimuth", "elevation", "turntable", "every", "case", "quality", "size")
 QUALITIES = {"draft": ["-A"], "normal": ["+A0.2", "+AM2", "+R2"], "fine": ["+A0.05", "+AM2", "+R4", "Declare=Fine=1"]}
 COLOURS = {"species": [], "gap": ["Declare=ColorBy=1"], "orientation": ["Declare=ColorBy=2"]}
 
@@ -142,8 +145,27 @@ def read_cells(what):
         return scene.read_packing(folder)
 
 
+def is_run(what):
+    """Whether this is the output folder of a HemoCell run."""
+    return os.path.isdir(os.path.join(what, "hdf5"))
+
+
+def write_film(what, case, every, folder):
+    """Scenes of every n-th step of a run (None: the last one), with one camera. Their names. Raises InputError, OutputError"""
+    from packmesh.hemocell_run import hemocell_output  # the rest of the module needs no NumPy
+
+    run = hemocell_output(what, config=case)
+    extents, scenes = None, []
+    for step in run[::every] if every else [run[-1]]:
+        species, lumen = scene.read_cells(step.packing().cells_file())
+        extents = extents or scene.extents_of(species, lumen)
+        scenes.append(os.path.join(folder, f"step-{len(scenes):03d}.pov"))
+        scene.write(scenes[-1], scene.packing_scene(species, lumen, extents))
+    return scenes
+
+
 def write_scene(what, shown, target, color="species"):
-    """Of anything but a scene. Raises InputError, OutputError"""
+    """Of anything but a scene or a run. Raises InputError, OutputError"""
     if what.endswith(".vtp"):
         surface = vtp.read(what)
         try:
@@ -191,19 +213,19 @@ def contents_of(path):
         yield from iter(lambda: file.read(1 << 20), b"")
 
 
-def render(file, picture, size, arguments, turntable):
-    """All pictures are written, or none. Raises InputError, OutputError"""
-    base = re.sub(r"\.png$", "", picture)
+def render(frames, picture, size, arguments):
+    """A picture of each scene, turned by an angle [degrees]; all are written, or none. Raises InputError, OutputError"""
+    base, film = re.sub(r"\.png$", "", picture), len(frames) > 1
     with tempfile.TemporaryDirectory() as work, files.Outputs() as outputs:
-        shutil.copy(file, os.path.join(work, "scene.pov"))
-        for frame in range(turntable or 1):
-            rendered(work, file, f"picture-{frame:03d}.png", size, [*arguments, f"Declare=Turn={360 * frame / (turntable or 1):g}"])
-            outputs.write(f"{base}-{frame:03d}.png" if turntable else picture, contents_of(os.path.join(work, f"picture-{frame:03d}.png")))
-        animation = animation_of(os.path.join(work, "picture")) if turntable else None
+        for frame, (file, turn) in enumerate(frames):
+            shutil.copy(file, os.path.join(work, "scene.pov"))
+            rendered(work, file, f"picture-{frame:03d}.png", size, [*arguments, f"Declare=Turn={turn:g}"])
+            outputs.write(f"{base}-{frame:03d}.png" if film else picture, contents_of(os.path.join(work, f"picture-{frame:03d}.png")))
+        animation = animation_of(os.path.join(work, "picture")) if film else None
         if animation:
             outputs.write(base + os.path.splitext(animation)[1], contents_of(animation))
         outputs.commit()
-    files.say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png" if turntable else f"Wrote {picture}")
+    files.say(f"Wrote {base}-000.png to {base}-{len(frames) - 1:03d}.png" if film else f"Wrote {picture}")
     if animation:
         files.say(f"Wrote {base}{os.path.splitext(animation)[1]}")
 
@@ -220,6 +242,7 @@ def main(arguments=None):
         fail(f"expected at most four words, found '{words[4]}'; --help lists them")
     told = declarations(options)
     turntable = whole("--turntable", options["turntable"], 2, 3600) if "turntable" in options else 0
+    every = whole("--every", options["every"], 1, 999999) if "every" in options else None
     size = size_of(words, options)
     color = one_of("--color", options.get("color", "species"), COLOURS)
     quality = one_of("--quality", options.get("quality", "normal"), QUALITIES)
@@ -230,6 +253,10 @@ def main(arguments=None):
         raise InputError(f"there is no readable '{what}'")
     if not os.path.isdir(what) and ending not in (".pov", ".vtp", ".h5", ".xml"):
         fail(f"{what}: is none of what can be rendered: a folder, config.xml, a state (.h5), .vtp or .pov; --help explains")
+    if ("every" in options or "case" in options) and not is_run(what):
+        fail("--every, --case: are for the output folder of a run")
+    if is_run(what) and ("scene" in options or (turntable and every)):
+        fail("--scene, --turntable: not of a series of steps; packmesh run output --state cells.h5 keeps a step")
     if shown and ending != ".vtp":
         fail("--show: is for files of catCells --vtp")
     if ending == ".pov" and "scene" in options:
@@ -238,14 +265,20 @@ def main(arguments=None):
     if not os.path.isdir(os.path.dirname(picture)):
         raise OutputError(f"there is no folder '{os.path.dirname(picture)}'")
     with tempfile.TemporaryDirectory() as work:
-        file = what
-        if ending != ".pov":
+        file, scenes = what, []
+        if is_run(what):
+            if color == "gap":
+                fail("--color gap: the gaps of cells of a run are not known")
+            scenes = write_film(what, options.get("case"), every, work)
+            file = scenes[0]
+        elif ending != ".pov":
             file = options.get("scene", os.path.join(work, "cells.pov"))
             write_scene(what, shown, file, color)
             if "scene" in options:
                 files.say(f"Wrote {file}")
         if not shutil.which("povray"):
             raise command.UnusableError("povray is not installed (Debian: povray)")
-        render(file, picture, size, [*QUALITIES[quality], *told, *COLOURS[color]], turntable)
+        turns = [(file, 360 * frame / (turntable or 1)) for frame in range(turntable or 1)]
+        render([(one, 0) for one in scenes] if every else turns, picture, size, [*QUALITIES[quality], *told, *COLOURS[color]])
         if color == "gap":
             files.say(f"Colours: gap 0 dark violet, {largest_gap(told, file)} µm and more yellow")

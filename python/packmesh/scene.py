@@ -176,8 +176,14 @@ def species_text(number, one):
         yield f"#for (I, 0, {len(one.gaps) - 1})\n" + drawn(f"Cell{number}", "I") + "#end\n"
 
 
-def packing_scene(species, lumen):
-    """One mesh per species, drawn for every cell; the lumen translucent around them, or the edges of a box. Pieces of text."""
+def extents_of(species, lumen):
+    """Points, and how far what is drawn reaches around them."""
+    return [(point, 0.0) for point in lumen.points] + [(centre, one.radius) for one in species for centre in one.centres]
+
+
+def packing_scene(species, lumen, extents=None):
+    """One mesh per species, drawn for every cell; the lumen translucent around them, or the edges of a box. Pieces of text.
+    extents: what the camera shows (default: all)"""
     low, high = pov.bounds(lumen.points)
     size = pov.norm(pov.sub(high, low))
     yield pov.head("A packing of blood cells")
@@ -186,8 +192,7 @@ def packing_scene(species, lumen):
            + pov.default("GapMost", most_gap([gap for one in species for gap in one.gaps]), "[um] this gap and larger ones are yellow")
            + pov.default("ClipAxis", "0", "1, 2, 3: the half towards the camera is cut off across x, y, z")
            + pov.default("ClipAt", "0.5", "there, fraction of the lumen's extent"))
-    extents = [(point, 0.0) for point in lumen.points] + [(centre, one.radius) for one in species for centre in one.centres]
-    yield camera(extents, low, high, clipped=True)
+    yield camera(extents or extents_of(species, lumen), low, high, clipped=True)
     yield pov_legend.axis_colours() + SETTINGS + pov_legend.LEGEND
     for number, one in enumerate(species):
         yield from species_text(number, one)
@@ -256,10 +261,16 @@ def has_gaps(species):
 
 def read_file(file):
     """The cells of all species in a file (packing_file.py), and the lumen. Raises packmesh.errors.InputError"""
-    from packmesh import export, packing_file  # render reads .vtp files without NumPy
+    from packmesh import packing_file  # render reads .vtp files without NumPy
+
+    return read_cells(packing_file.PackingFile(file))
+
+
+def read_cells(packing):
+    """The same of a PackingFile."""
+    from packmesh import export
 
     with tempfile.TemporaryDirectory() as folder:
-        packing = packing_file.PackingFile(file)
         export.write(export.exported(packing, ["vtk"]), folder)
         species, lumen = read_packing(folder)
     for one in species:

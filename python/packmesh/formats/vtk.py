@@ -120,6 +120,13 @@ def _centres(packing: PackingFile, index: int) -> File:
         array("data", "thin_axis", "<f8", 3, thin_axes)], kind.count, verts=kind.count)
 
 
+def series(frames: Iterable[Tuple[int, str]]) -> bytes:
+    """A .pvd file, which ParaView shows as a series: numbers of states, and their files."""
+    return ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
+            + "".join(f'    <DataSet timestep="{state}" file="{name}"/>\n' for state, name in frames)
+            + "  </Collection>\n</VTKFile>\n").encode()
+
+
 def membranes_of(name: str, groups: Sequence[Tuple[int, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]],
                  data: Dict[str, Tuple[str, np.ndarray]]) -> File:
     """All surfaces in single precision. groups: how many cells, their numbers, the triangles of each, and what gives the
