@@ -63,6 +63,8 @@ class CheckReport {
                             certificate_.minimumWallGap > 0.0
                                 ? gapText(certificate_.minimumWallGap, certificate_.wallGapsMeasuredUpTo)
                                 : "none, cells are not inside"));
+    if (checked_.deformations)
+      for (const std::string& line : deformationLines(*checked_.deformations)) log::info(line);
     log::info(fmt::format(
         "Verdict: {}{}{}", clean() ? "clean" : "not clean",
         !clean() || dropped() == 0

@@ -114,7 +114,7 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       const std::string word = lowered(text);
       if (word == "true" || word == "yes" || word == "on" || word == "1") return true;
       if (word == "false" || word == "no" || word == "off" || word == "0") return false;
-      return {};
+      return choiceIn(spec, text);
     }
     case Kind::text:
       if (text.empty()) return {};
@@ -173,7 +173,7 @@ std::string expectation(const ValueSpec& spec) {
     case Kind::integer:
       return "a whole number" + rangeText(spec) + unit;
     case Kind::boolean:
-      return "true or false";
+      return spec.choices.empty() ? "true or false" : "true, false or " + alternatives(spec.choices);
     case Kind::text:
       return std::string_view(spec.placeholder) == "file"     ? "a file"
              : std::string_view(spec.placeholder) == "folder" ? "a folder"

@@ -53,8 +53,8 @@ struct Kept {
 /// How much the cells of a packing are deformed that have meshes of their own.
 struct Deformations {
   std::int64_t cells = 0;
-  Deformation most;          ///< the largest of each
-  double medianForce = 0.0;  ///< of the largest on each cell [pN]
+  Deformation most;    ///< the largest of each
+  Deformation median;  ///< of each over these cells
 };
 
 /// Cells that were packed, continued, loaded or read to be checked, certified and counted. Each rank has its
@@ -70,8 +70,9 @@ struct Packing {
   Tally tally;                           ///< of all ranks
   Kept kept;
   RunTimes times;
+  std::string whyFewer = {};                      ///< of soft cells, if there are fewer than requested
   bool checked = false;                           ///< cells of files or states, as they are
-  std::optional<Deformations> deformations = {};  ///< of all ranks, if cells were to be soft and are deformed
+  std::optional<Deformations> deformations = {};  ///< of all ranks, if there are deformed cells
   /// If the request asks for a state file: to be written with the cells.
   std::optional<PackingState> state = {};
   /// Of a packing that was repeated in a larger box: the one before.

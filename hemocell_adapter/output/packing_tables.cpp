@@ -5,6 +5,7 @@
 
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/deformation.h"
 #include "packMesh/mesh/mesh_file.h"
 
 namespace packmesh::hemocell {
@@ -65,6 +66,8 @@ PackingTables tablesOf(const Packing& packing, const CellMeasures& measures) {
     angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
   }
   tables.columns = columnsOf(measures, result.cells.size());
+  for (CellColumn& column : deformationColumns(*packing.problem, result.cells))
+    tables.columns.push_back(std::move(column));
   tables.columns.push_back(std::move(angles));
   tables.certificate = &packing.result.certificate;
   return tables;

@@ -238,9 +238,14 @@ Report realisationOf(const OutputRequest& output) {
 
 Report reportOfDeformations(const std::optional<Deformations>& all) {
   if (!all) return nullptr;
-  return {{"cells", all->cells},        {"force", all->most.force}, {"medianForce", all->medianForce},
-          {"volume", all->most.volume}, {"area", all->most.area},   {"triangle", all->most.triangle},
-          {"edge", all->most.edge}};
+  const auto values = [](const Deformation& of) {
+    return Report{{"force", of.force},
+                  {"volume", of.volume},
+                  {"area", of.area},
+                  {"triangle", of.triangle},
+                  {"edge", of.edge}};
+  };
+  return {{"cells", all->cells}, {"largest", values(all->most)}, {"median", values(all->median)}};
 }
 
 const char* outcomeOf(const Packing& packing) {
@@ -265,7 +270,7 @@ Report makeReport(const Packing& packing, const PackingMeasures& measures) {
   all["hematocrit"] = hematocritOf(packing);
   all["certificate"] = certificateOf(packing.result.certificate);
   all["hemocell"] = reportOfKept(packing);
-  all["soft"] = reportOfDeformations(packing.deformations);
+  all["deformation"] = reportOfDeformations(packing.deformations);
   all["measures"] = reportOfMeasures(measures, *packing.problem);
   all["statistics"] = statisticsOf(packing.result.statistics);
   all["repeated"] = repeatedOf(packing.before);

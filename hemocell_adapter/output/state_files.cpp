@@ -11,6 +11,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/deformation.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
@@ -115,8 +116,14 @@ void StateFiles::save(const PackingState& state) {
 
 std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const fs::path& file,
                                             const ResultState& result, const FilesOfState& together) {
-  return preparedState(file, packingProblemOf(problem, result.packed), recordOf(*problem.request.asked, file),
-                       result.state, together);
+  const auto prepare = [&](const PackingState& state) {
+    return preparedState(file, packingProblemOf(problem, result.packed),
+                         recordOf(*problem.request.asked, file), state, together);
+  };
+  if (!problem.hasDeformed()) return prepare(result.state);
+  PackingState state = result.state;
+  state.columns = deformationColumns(problem, result.packed, state.cells);
+  return prepare(state);
 }
 
 namespace {

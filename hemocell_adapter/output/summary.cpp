@@ -130,6 +130,12 @@ std::string reachedText(const Packing& packing) {
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], problem.species[s].count,
                           problem.species[s].name);
   }
+  if (!packing.whyFewer.empty())
+    return fmt::format(
+        "soft cells could not be packed within the limits: {}; without those that found no room "
+        "there is a packing with hematocrit {:.4f} of the {} ({})",
+        packing.whyFewer, tally.redMesh / problem.referenceVolume(),
+        problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
   const std::string time =
       problem.request.maxSeconds > 0 ? fmt::format(", {}", durationText(problem.request.maxSeconds)) : "";
   const Statistics& done = result.statistics;
@@ -146,11 +152,10 @@ std::string reachedText(const Packing& packing) {
 
 std::vector<std::string> deformationLines(const Deformations& all) {
   const Deformation& most = all.most;
-  return {
-      fmt::format("Soft cells: {} deformed; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
-                  all.cells, most.force, all.medianForce),
-      fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
-                  100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
+  return {fmt::format("Deformed cells: {}; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
+                      all.cells, most.force, all.median.force),
+          fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
+                      100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
 }
 
 std::vector<std::string> regionLines(const Packing& packing) {

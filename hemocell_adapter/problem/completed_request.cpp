@@ -47,7 +47,7 @@ void checkApplicability(const Request& request, const Case* simulation) {
   for (const Setting& setting : settingsTable()) {
     const std::string key = setting.key();
     if (!setting.method || *setting.method == request.method || !request.states(key)) continue;
-    if (setting.isFlag() && !std::get<bool>(*setting.get(request))) continue;
+    if (setting.isFlag() && setting.get(request) == Value(false)) continue;
     if (request.originOf(key)->isSection())
       refuseStated(request, key, fmt::format("it is for <method> {}", nameOf(*setting.method)));
     throw UsageError(

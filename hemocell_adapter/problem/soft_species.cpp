@@ -24,8 +24,6 @@ void refuseBesideSoft(const Request& request) {
   const auto refuse = [](const std::string& other, const char* why) {
     throw UsageError(fmt::format("{} and {} exclude each other: {}", named("soft"), other, why));
   };
-  if (request.bestEffort)
-    refuse(named("best-effort"), "fewer cells are sought undeformed; reduce the number of cells instead");
   if (request.largestClearance)
     refuse(named("clearance", "max"), "soft cells come to rest at the gaps that they need");
   if (request.inColumns) refuse(named("order", "columns"), "columns are denser without deformation");

@@ -138,8 +138,15 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
   if (packed.scale == 0.0) return "not even cells much smaller than those requested could be packed";
   if (packed.scale < 1.0)
     return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
-  return fmt::format("the largest force on a vertex was {:.2f} pN", packed.force) + after +
-         fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  if (!(packed.most.force <= limits.force))
+    return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
+           fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  const bool ofVolume = !(std::abs(packed.most.volume) <= limits.volume);
+  return fmt::format("the {} of a cell changed by {:.2f} %", ofVolume ? "volume" : "area",
+                     100.0 * (ofVolume ? packed.most.volume : packed.most.area)) +
+         after +
+         fmt::format(", and {:.6g} % are allowed ({})", 100.0 * (ofVolume ? limits.volume : limits.area),
+                     named(ofVolume ? "max-volume-change" : "max-area-change"));
 }
 
 }  // namespace
@@ -162,17 +169,20 @@ Softened softened(const Problem& problem, const std::function<bool()>& interrupt
           std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
     SoftLimits limits;
     limits.force = problem.request.maxForce;
+    limits.volume = problem.request.maxVolumeChange;
+    limits.area = problem.request.maxAreaChange;
     limits.aim = std::min(limits.aim, 0.9 * limits.force);
     if (!last) limits.iterations = iterationsWithRoom;
+    limits.fewerCells = last && problem.request.bestEffort;
     if (problem.request.maxIterations)
       limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
     const SoftPacking soft = packSoft(packing, softSpecies(problem, packed), limits);
     if (soft.outcome == Outcome::interrupted) return made;
     if (soft.outcome != Outcome::certified) {
       made.failure = failureOf(soft, limits);
-      continue;
-    }
-    if (soft.startScale == 1.0) {
+      made.fewer = !soft.cells.empty();
+      if (!made.fewer) continue;
+    } else if (soft.startScale == 1.0) {
       made.problem = problem;
       return made;
     }

@@ -15,7 +15,8 @@ namespace packmesh::hemocell {
 struct Softened {
   /// Of packing the cells where they are; nothing if they could not be packed, or that was interrupted.
   std::optional<Problem> problem;
-  std::string failure;  ///< why they could not: "the cells grew to 0.91 of their size"
+  bool fewer = false;   ///< it has fewer cells than requested (--best-effort)
+  std::string failure;  ///< why not all could be packed: "the cells had grown to 0.91 of their size"
   Notices notices;
   std::vector<std::string> lines;  ///< where the cells of regions are
 };

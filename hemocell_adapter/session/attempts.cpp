@@ -138,13 +138,16 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   return result;
 }
 
-Attempts::Found Attempts::withRoom(const Timer& timer) {
+Attempts::Found Attempts::withRoom(const Timer& timer, bool fewerCells) {
   const Communicator& ranks = problem_.ranks;
   const std::vector<Clearances> levels = clearanceLevels(problem_);
   RoomyPacking packing = packWithRoom(
       problem_.request, levels, firstLevel(levels), problem_.mostCells(),
       [&] { return ranks.max(timer.wall()); },
-      [&](const Clearances& clearances, const AttemptLimits& limits) { return (*this)(clearances, limits); });
+      [&](const Clearances& clearances, AttemptLimits limits) {
+        limits.fewerCells = limits.fewerCells && fewerCells;
+        return (*this)(clearances, limits);
+      });
   const bool ended = packing.result.outcome == Outcome::interrupted || ranks.any(isInterrupted());
   if (!ended) {
     tellEffort(packing.result.statistics, ranks);

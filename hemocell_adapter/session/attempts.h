@@ -38,7 +38,8 @@ class Attempts {
   };
   /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
   /// clearances unless interrupted. @param timer since packing began
-  Found withRoom(const Timer& timer);
+  /// @param fewerCells if not all can be packed, whether the densest packing of fewer is searched for
+  Found withRoom(const Timer& timer, bool fewerCells = true);
 
   /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);

@@ -13,6 +13,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/output/deformation.h"
 #include "hemocell_adapter/output/files_of_state.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -220,6 +221,7 @@ Packing check(const CompletedRequest& completed, const std::filesystem::path& fo
   Packing found = readCells(std::move(problem), hooks.asRead);
   found.result.certificate = examine(*found.problem, found.result.cells);
   found.kept = findKept(*found.problem, found.result.cells, found.kept.loading);
+  found.deformations = deformationsOf(found);
   found.times = {timer.cpu(), timer.wall()};
   return found;
 }

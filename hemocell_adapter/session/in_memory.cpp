@@ -13,6 +13,7 @@
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/deformation.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
@@ -145,6 +146,7 @@ Packing completePacking(const StateCells& cells, const fs::path& file, const Com
   ranks.sum(counts);
   packing.tally = tallyOf(with, std::move(counts), excessVolumes(with, result.cells));
   packing.kept = findKept(with, result.cells, loading);
+  packing.deformations = deformationsOf(packing);
   return packing;
 }
 
@@ -209,6 +211,7 @@ void savePacking(const Packing& packing, const fs::path& file) {
   const IdShares shares(result.cellCount, ranks);
   state.cells = shares.collect(std::move(bodies));
   state.measures = shares.collect(ids, own);
+  state.columns = deformationColumns(*packing.problem, packing.packed, state.cells);
   writeState(file, packingProblemOf(*packing.problem, packing.packed),
              recordOf(*packing.problem->request.asked, file), state);
 }
@@ -275,7 +278,10 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
 }
 
 std::vector<CellColumn> columnsOf(const Packing& packing) {
-  return packmesh::columnsOf(measuresOf(packing), packing.result.cells.size());
+  std::vector<CellColumn> columns = packmesh::columnsOf(measuresOf(packing), packing.result.cells.size());
+  for (CellColumn& column : deformationColumns(*packing.problem, packing.result.cells))
+    columns.push_back(std::move(column));
+  return columns;
 }
 
 }  // namespace packmesh::hemocell

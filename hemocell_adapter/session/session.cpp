@@ -14,12 +14,13 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/output/deformation.h"
 #include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/plan_profile.h"
-#include "hemocell_adapter/problem/soft_species.h"
 #include "hemocell_adapter/problem/softened.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/session/attempts.h"
@@ -106,30 +107,12 @@ void requireVerified(const Packing& packing, const Delivery& delivery) {
                    kept.asExpected() ? "no" : kept.reasons.front().first, delivery.nothing)});
 }
 
-/// How much the cells of a verified packing are deformed; nothing if they are not. All ranks call.
-std::optional<Deformations> deformationsOf(const Packing& packing) {
-  const Problem& problem = *packing.problem;
-  std::vector<std::unique_ptr<const Membrane>> membranes;
-  for (const CellSpecies& species : problem.species)
-    membranes.push_back(std::make_unique<Membrane>(species.shape->mesh(), membraneOf(problem, species)));
-  std::vector<Deformation> own;
-  for (const PlacedCell& cell : packing.result.cells)
-    if (problem.isDeformed(cell))
-      own.push_back(deformationOf(*membranes[cell.species], problem.shapes[cell.shape]->mesh().vertices));
-  const std::vector<Deformation> all = problem.ranks.gatherAll(own);
-  if (all.empty()) return {};
-  Deformations made;
-  made.cells = std::int64_t(all.size());
-  std::vector<double> forces;
-  for (const Deformation& one : all) {
-    forces.push_back(one.force);
-    for (double Deformation::*const change : {&Deformation::force, &Deformation::volume, &Deformation::area,
-                                              &Deformation::triangle, &Deformation::edge})
-      if (std::abs(one.*change) > std::abs(made.most.*change)) made.most.*change = one.*change;
-  }
-  const auto middle = forces.begin() + std::ptrdiff_t(forces.size() / 2);
-  std::nth_element(forces.begin(), middle, forces.end());
-  made.medianForce = *middle;
+/// A problem of the cells that could be packed, with the numbers of those that were requested.
+std::shared_ptr<const Problem> asRequested(const Problem& problem, const Problem& requested) {
+  std::vector<std::int64_t> counts;
+  for (const CellSpecies& species : requested.species) counts.push_back(species.count);
+  auto made = std::make_shared<Problem>(problem);
+  made->species = withCounts(std::move(made->species), counts);
   return made;
 }
 
@@ -181,8 +164,8 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
   return problem;
 }
 
-std::shared_ptr<const Problem> Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
-                                                      const OutputRequest& output) const {
+Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
+                                      const OutputRequest& output) const {
   ProgressLog progressLog(*problem);
   Softened soft = softened(
       *problem, hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
@@ -197,26 +180,60 @@ std::shared_ptr<const Problem> Session::withSoftCells(const std::shared_ptr<cons
                      soft.failure, delivery_.nothing)});
   tell(soft.notices);
   for (const std::string& line : soft.lines) log::info(line);
-  return std::make_shared<const Problem>(std::move(*soft.problem));
+  return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure : ""};
+}
+
+std::optional<Attempts::Found> Session::undeformed(const Problem& requested, OutputRequest output) {
+  constexpr std::int64_t mostSweeps = 10000;
+  constexpr double shareOfTime = 0.5;
+  if (forecastOf(requested).effectiveFraction > Forecast::possible) return {};
+  Problem rigid = requested;
+  Request& request = rigid.request;
+  request.soft = false;
+  request.maxSeconds *= shareOfTime;
+  request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
+  request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
+  output.checkpointEvery = 0.0;
+  Attempts attempts(rigid, output, hooks_);
+  Attempts::Found found = attempts.withRoom(timer_, false);
+  if (found.result.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
+    throwInterrupted(output);
+  if (found.result.outcome != Outcome::certified || found.result.cellCount == 0) return {};
+  return found;
 }
 
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
   together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
   makeStateFolder(output, ranks_);
-  const std::shared_ptr<const Problem> problem =
-      requested->request.soft ? withSoftCells(requested, output) : requested;
-  Attempts attempts(*problem, output, hooks_);
-  Attempts::Found packing = attempts.withRoom(timer_);
-  stateSaved_ = attempts.saved();
-  stateSavedOnce_ = attempts.savedAny();
+  Ready ready{requested, ""};
+  std::optional<Attempts::Found> found;
+  if (requested->request.softIfNeeded) {
+    found = undeformed(*requested, output);
+    log::info(found ? "Undeformed cells could be packed: none are soft"
+                    : "Undeformed cells cannot be packed as requested: cells are soft");
+  }
+  if (!found) {
+    if (requested->request.soft) ready = withSoftCells(requested, output);
+    Attempts attempts(*ready.problem, output, hooks_);
+    found = attempts.withRoom(timer_);
+    stateSaved_ = attempts.saved();
+    stateSavedOnce_ = attempts.savedAny();
+  }
+  Attempts::Found& packing = *found;
+  std::shared_ptr<const Problem> problem = ready.problem;
   if (packing.result.outcome == Outcome::interrupted ||
       ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
     if (packing.state && savesCheckpoints(problem->request, output))  // it has just ended
       stateSaved_ = saveAsCheckpoint(*problem, output, {packing.packed, *packing.state});
     throwInterrupted(output);
   }
+  if (!ready.whyFewer.empty()) {
+    packing.result.outcome = Outcome::outOfReach;
+    problem = asRequested(*problem, *requested);
+  }
   const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
   Packing done = countCells(problem, output, std::move(packing.packed), std::move(packing.result));
+  done.whyFewer = std::move(ready.whyFewer);
   if (repeats) {
     done = repeatInTiles(std::move(done), packing.state.has_value());
   } else {
@@ -242,7 +259,7 @@ Packing Session::verify(Packing packing) const {
                      ? Kept{Loading::plugIn, packing.tally.counts, excessVolumes(problem, cells), {}, {}}
                      : findKept(problem, cells, loadingOf(problem, cells));
   requireVerified(packing, delivery_);
-  if (problem.request.soft) packing.deformations = deformationsOf(packing);
+  packing.deformations = deformationsOf(packing);
   return packing;
 }
 

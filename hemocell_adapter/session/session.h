@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -73,9 +75,15 @@ class Session {
 
  private:
   [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
-  /// The problem of packing cells that are deformed, if undeformed ones cannot be packed.
-  std::shared_ptr<const Problem> withSoftCells(const std::shared_ptr<const Problem>& problem,
-                                               const OutputRequest& output) const;
+  /// Cells for a problem.
+  struct Ready {
+    std::shared_ptr<const Problem> problem;  ///< of packing them where they are, or as requested
+    std::string whyFewer;                    ///< if there are fewer than requested
+  };
+  /// Deformed cells, if undeformed ones cannot be packed.
+  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output) const;
+  /// Undeformed cells as requested; nothing if they cannot be packed.
+  std::optional<Attempts::Found> undeformed(const Problem& requested, OutputRequest output);
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing) const;
   Packing repeatInTiles(Packing before, bool withState) const;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Request of the method and its limits.
+#include <utility>
+
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -16,11 +18,45 @@ Value numberOrAuto(const std::optional<double>& number) {
   return number ? Value(*number) : Value(std::string("auto"));
 }
 
+std::vector<Setting> softSettings() {
+  using R = Request;
+  return {
+      setting("soft", {flag({"auto"})},
+              "cells deform by HemoCell's membrane laws where undeformed ones cannot be packed easily: in "
+              "capillaries, and up to a hematocrit of 0.9; the result is a state. auto (=auto): only where "
+              "undeformed ones cannot be packed at all",
+              [](Request& s, const Values& v) {
+                s.softIfNeeded = isWord(v[0], "auto");
+                s.soft = s.softIfNeeded || yes(v[0]);
+              })
+          .readBy([](const R& r) { return r.softIfNeeded ? Value(std::string("auto")) : Value(r.soft); })
+          .byDefault("false")
+          .withTag("soft")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
+      setting("max-force", &R::maxForce, number("f", "pN", 0, true, 1e6),
+              "largest force on a vertex of a soft cell when HemoCell starts")
+          .byDefault("10")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
+      setting("max-volume-change", &R::maxVolumeChange, number("f", "fraction", 0, true, 1),
+              "largest change of the volume of a soft cell")
+          .byDefault("0.05")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
+      setting("max-area-change", &R::maxAreaChange, number("f", "fraction", 0, true, 1),
+              "largest change of the area of a soft cell")
+          .byDefault("0.15")
+          .onlyFor(Method::relaxation)
+          .notForCheck(),
+  };
+}
+
 }  // namespace
 
 std::vector<Setting> methodSettings() {
   using R = Request;
-  return {
+  std::vector<Setting> all = {
       setting(
           "clearance", {clearance({"auto", "max"})},
           "minimum gap between membranes; auto: a tenth of dx, or as much of it as the hematocrit allows; "
@@ -61,18 +97,9 @@ std::vector<Setting> methodSettings() {
           "order", &R::inColumns, "kind", {{"random", false}, {"columns", true}},
           "initial arrangement; columns: rouleaux of the species with the largest volume, denser than any "
           "random packing, in periodic boxes"),
-      setting(
-          "soft", &R::soft, flag(),
-          "cells deform by HemoCell's membrane laws where undeformed ones cannot be packed: in capillaries, "
-          "and up to a hematocrit of 0.9; the result is a state")
-          .onlyFor(Method::relaxation)
-          .notForCheck(),
-      setting("max-force", &R::maxForce, number("f", "pN", 0, true, 1e6),
-              "largest force on a vertex of a soft cell when HemoCell starts")
-          .byDefault("10")
-          .onlyFor(Method::relaxation)
-          .notForCheck(),
   };
+  for (Setting& setting : softSettings()) all.push_back(std::move(setting));
+  return all;
 }
 
 std::vector<Setting> limitSettings() {

@@ -176,8 +176,11 @@ struct Request {
   std::uint64_t seed = 1;
   bool rotate = true;
   bool inColumns = false;              ///< the species with the largest volume starts in columns
-  bool soft = false;                   ///< cells deform where undeformed ones cannot be packed
+  bool soft = false;                   ///< cells may deform
+  bool softIfNeeded = false;           ///< then: only if undeformed ones cannot be packed with all effort
   double maxForce = 10.0;              ///< on a vertex of a deformed cell [pN]
+  double maxVolumeChange = 0.05;       ///< of a deformed cell [fraction]
+  double maxAreaChange = 0.15;         ///< of a deformed cell [fraction]
   std::optional<double> ignoredScale;  ///< value of packCells' --scale
 
   // Limits, and what is done

@@ -80,6 +80,10 @@ struct Setting {
     getAll = std::move(all);
     return *this;
   }
+  Setting& readBy(std::function<std::optional<Value>(const Request&)> value) {
+    get = std::move(value);
+    return *this;
+  }
   /// It is another way to state the value of this key.
   Setting& statesKey(std::string key) {
     otherKey = std::move(key);

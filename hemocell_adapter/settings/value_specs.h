@@ -99,8 +99,11 @@ inline ValueSpec direction(const char* placeholder) {
 inline ValueSpec spread() {
   return number("angle", "degrees", 0, false, 90);
 }
-inline ValueSpec flag() {
-  return plain(Kind::boolean, "");
+/// @param words alternatives to true and false
+inline ValueSpec flag(std::vector<std::string> words = {}) {
+  ValueSpec spec = plain(Kind::boolean, "");
+  spec.choices = std::move(words);
+  return spec;
 }
 inline ValueSpec name() {
   return plain(Kind::name, "name");

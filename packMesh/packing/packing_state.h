@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "packMesh/analysis/cell_measures.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/schedule.h"
@@ -47,9 +48,10 @@ struct PackingState {
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
   std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
   EnginePosition engine;
-  std::int64_t cellCount = 0;    ///< on all ranks
-  std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
-  CellMeasures measures;         ///< of these cells, if the run has ended
+  std::int64_t cellCount = 0;       ///< on all ranks
+  std::vector<BodyState> cells;     ///< of this rank, sorted by id; no cell on two ranks
+  CellMeasures measures;            ///< of these cells, if the run has ended
+  std::vector<CellColumn> columns;  ///< others of these cells, which are saved for readers alone
   /// To be saved with the cells: vertices of those that have meshes of their own and species with the
   /// template, in its order and frame [µm]; empty for the others. Empty: none.
   std::vector<std::vector<Vec3>> vertices;

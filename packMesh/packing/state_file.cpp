@@ -363,6 +363,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
     out.table(std::string("/cells/") + name, columns, table);
   });
   writeColumns(out, columnsOf(state.measures, state.cells.size()));
+  writeColumns(out, state.columns);
   const auto verticesOf = [&](std::size_t i) -> const std::vector<Vec3>* {
     if (!state.vertices.empty()) return state.vertices[i].empty() ? nullptr : &state.vertices[i];
     const bool isDeformed = withShapes && problem.physics.isDeformed(state.cells[i]);

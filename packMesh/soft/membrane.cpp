@@ -242,6 +242,12 @@ std::vector<Vec3> hemocellForces(const Membrane& m, const std::vector<Vec3>& x) 
   return force;
 }
 
+void Deformation::enlarge(const Deformation& other) {
+  for (double Deformation::*const value : {&Deformation::force, &Deformation::volume, &Deformation::area,
+                                           &Deformation::triangle, &Deformation::edge})
+    if (std::abs(other.*value) > std::abs(this->*value)) this->*value = other.*value;
+}
+
 Deformation deformationOf(const Membrane& m, const std::vector<Vec3>& x) {
   Deformation d;
   for (const Vec3& f : hemocellForces(m, x)) d.force = std::max(d.force, f.norm());

@@ -84,6 +84,9 @@ struct Deformation {
   double area = 0.0;      ///< change [fraction]
   double triangle = 0.0;  ///< largest change of the area of a triangle [fraction]
   double edge = 0.0;      ///< largest change of the length of an edge [fraction]
+
+  /// Takes over what is larger in magnitude, of another cell.
+  void enlarge(const Deformation& other);
 };
 Deformation deformationOf(const Membrane& membrane, const std::vector<Vec3>& vertices);
 

@@ -144,6 +144,10 @@ double SoftCells::scaleOf(const Cell& cell) const {
   return batches_[cell.batch].scale[cell.lane];
 }
 
+double SoftCells::scale(std::size_t cell) const {
+  return scaleOf(cells_[cell]);
+}
+
 double SoftCells::smallestScale() const {
   double least = 1.0;
   for (const Cell& cell : cells_) least = std::min(least, scaleOf(cell));

@@ -62,7 +62,8 @@ class SoftCells {
   /// Whether all cells have their full size, and the membranes their own stiffness.
   bool full() const { return stiffening_ == 1.0 && smallestScale() == 1.0; }
   double smallestScale() const;
-  double largestForce() const;  ///< on a vertex of a cell that moves, in the last step [pN]
+  double scale(std::size_t cell) const;  ///< of its state at rest
+  double largestForce() const;           ///< on a vertex of a cell that moves, in the last step [pN]
   std::vector<Vec3> vertices(std::size_t cell) const;
 
  private:

@@ -40,8 +40,15 @@ constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
-/// Where forces stay too large, cells begin elsewhere.
+/// Where forces or changes stay too large, cells begin elsewhere.
 constexpr int mostAttempts = 3;
+/// If fewer cells suffice: share of the time for all of them, how often cells are taken out, and iterations
+/// of the others then.
+constexpr double shareOfAll = 0.6;
+constexpr int mostRounds = 20;
+constexpr std::int64_t iterationsOfRound = 3000;
+/// Of cells of full size that are deformed too much, at most this share is taken out at once.
+constexpr double mostOfDeformed = 0.1;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 10;
 constexpr std::int64_t reportEvery = 10;
@@ -146,16 +153,18 @@ class SoftPacker {
     settings_.edgeRange *= part;
     settings_.wallRange *= part;
     settings_.clearance = physics_.clearance;
+    if (limits_.fewerCells && control_.limited())
+      control_.stopAfter(shareOfAll * problem.execution.limits.maxSeconds);
   }
 
   SoftPacking run() {
     SoftPacking out;
     for (attempt_ = 0; attempt_ < mostAttempts; ++attempt_) {
       out = attempt();
-      const bool forcesTooLarge =
-          out.outcome == Outcome::outOfReach && out.iterations > 0 && out.scale == 1.0;
-      if (!forcesTooLarge || control_.stopped()) break;
+      const bool beyondLimits = out.outcome == Outcome::outOfReach && out.iterations > 0 && out.scale == 1.0;
+      if (!beyondLimits || control_.stopped()) break;
     }
+    if (out.outcome == Outcome::outOfReach && limits_.fewerCells && cells_) takeOutUntilPacked(out);
     return out;
   }
 
@@ -168,30 +177,89 @@ class SoftPacker {
       out.outcome = Outcome::certified;
       return out;
     }
-    SoftCells cells = softCells();
-    double tolerance = atRest, before = std::numeric_limits<double>::infinity();
-    while (!control_.stopped() && cells.iterations() < limits_.iterations) {
-      cells.step();
-      report(cells);
-      if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance) continue;
-      const double force = largestHemocellForce(cells);
-      if (force <= limits_.aim || tolerance <= leastAtRest) break;
-      if (force <= limits_.force && force > worthResting * before) break;
-      before = force;
-      tolerance *= 0.5;
-    }
-    out.iterations = cells.iterations();
-    out.scale = cells.smallestScale();
+    begin();
+    const bool packed = settle(limits_.iterations);
+    out.iterations = cells_->iterations();
+    out.scale = cells_->smallestScale();
     if (control_.interrupted()) {
       out.outcome = Outcome::interrupted;
       return out;
     }
-    out.force = largestHemocellForce(cells);
-    if (cells.full() && out.force <= limits_.force) {
+    out.most = largestDeformation();
+    if (packed) {
       out.outcome = Outcome::certified;
-      out.cells = result(cells);
+      out.cells = result();
     }
     return out;
+  }
+
+  /// Lets cells grow and come to rest. @return whether all have full size, and are within the limits
+  bool settle(std::int64_t iterations) {
+    SoftCells& cells = *cells_;
+    double tolerance = atRest, before = std::numeric_limits<double>::infinity();
+    while (!control_.stopped() && cells.iterations() < iterations) {
+      cells.step();
+      report();
+      if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance) continue;
+      const Deformation most = largestDeformation();
+      if ((most.force <= limits_.aim && limits_.allow(most)) || tolerance <= leastAtRest) break;
+      if (limits_.allow(most) && most.force > worthResting * before) break;
+      before = most.force;
+      tolerance *= 0.5;
+    }
+    return cells.full() && limits_.allow(largestDeformation());
+  }
+
+  /// Takes out cells until the others can be packed.
+  void takeOutUntilPacked(SoftPacking& out) {
+    if (control_.limited()) control_.stopAfter(problem_.execution.limits.maxSeconds);
+    for (int round = 0; round < mostRounds && !control_.stopped(); ++round) {
+      const std::vector<char> taken = withoutRoom();
+      std::vector<SoftCell> left;
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < placed_.size(); ++i) {
+        if (taken[i]) continue;
+        left.push_back(softCell(i, cells_->vertices(i), cells_->scale(i)));
+        placed_[kept] = placed_[i];
+        poses_[kept++] = poses_[i];
+      }
+      placed_.resize(kept);
+      poses_.resize(kept);
+      if (std::none_of(placed_.begin(), placed_.end(),
+                       [&](const PlacedCell& cell) { return grows_[cell.species]; }))
+        return;
+      begin(std::move(left));
+      const bool packed = settle(std::min(limits_.iterations, iterationsOfRound));
+      if (control_.interrupted()) {
+        out.outcome = Outcome::interrupted;
+        return;
+      }
+      if (packed) {
+        out.cells = result();
+        return;
+      }
+    }
+  }
+
+  /// The smallest cells, as many as lack volume together; if all have full size, the most deformed of those
+  /// beyond the limits.
+  std::vector<char> withoutRoom() const {
+    const bool full = cells_->smallestScale() == 1.0;
+    const std::vector<Deformation> each = deformations();
+    std::vector<std::pair<double, std::size_t>> order;  // by what is lacking
+    double missing = 0.0, beyond = 0.0;                 // [cells]
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      if (!grows_[placed_[i].species]) continue;
+      order.emplace_back(full ? -limits_.share(each[i]) : cells_->scale(i), i);
+      missing += 1.0 - std::pow(cells_->scale(i), 3);
+      beyond += !limits_.allow(each[i]);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    if (full) missing = std::min(beyond, std::max(1.0, mostOfDeformed * double(order.size())));
+    std::vector<char> taken(placed_.size(), false);
+    for (std::size_t n = 0; n < order.size() && double(n) < missing; ++n) taken[order[n].second] = true;
+    return taken;
   }
 
   /// Packs undeformed cells, as large as that is easy. @return whether it succeeded
@@ -240,37 +308,53 @@ class SoftPacker {
     return true;
   }
 
-  SoftCells softCells() const {
-    std::vector<WallGap> walls;
-    std::vector<int> wallOf;
-    for (int s = 0; s < int(physics_.species.size()); ++s) {
-      wallOf.push_back(-1);
-      if (const auto gap = wallGapOf(physics_, s)) {
-        wallOf.back() = int(walls.size());
-        walls.push_back(*gap);
+  /// @param i number among those that were placed
+  SoftCell softCell(std::size_t i, std::vector<Vec3> vertices, double scale) const {
+    const int s = placed_[i].species;
+    return {membranes_[s], std::move(vertices), grows_[s] ? scale : 1.0, !grows_[s],
+            grows_[s] ? wallOf_[s] : -1};
+  }
+
+  /// The cells that were placed become soft.
+  void begin() {
+    if (wallOf_.empty())
+      for (int s = 0; s < int(physics_.species.size()); ++s) {
+        const auto gap = wallGapOf(physics_, s);
+        wallOf_.push_back(gap ? int(walls_.size()) : -1);
+        if (gap) walls_.push_back(*gap);
       }
-    }
     std::vector<SoftCell> cells;
-    for (const PlacedCell& cell : placed_) {
-      const bool grows = grows_[cell.species];
-      cells.push_back({membranes_[cell.species],
-                       placedVertices(small_.shapes[cell.shape]->mesh(), cell.placement),
-                       grows ? scale_ : 1.0, !grows, grows ? wallOf[cell.species] : -1});
-    }
-    return {std::move(cells), physics_.container->period(), std::move(walls), settings_,
-            problem_.execution.threads};
+    for (std::size_t i = 0; i < placed_.size(); ++i)
+      cells.push_back(
+          softCell(i, placedVertices(small_.shapes[placed_[i].shape]->mesh(), placed_[i].placement), scale_));
+    begin(std::move(cells));
   }
 
-  double largestHemocellForce(const SoftCells& cells) const {
-    std::vector<double> forces(placed_.size(), 0.0);
-    problem_.execution.threads.forEach(std::int64_t(forces.size()), [&](std::int64_t i, int) {
+  void begin(std::vector<SoftCell> cells) {
+    SoftSettings settings = settings_;
+    if (std::all_of(cells.begin(), cells.end(), [](const SoftCell& cell) { return cell.scale == 1.0; }))
+      settings.stiffening = 1.0;  // it is for cells that grow
+    cells_ = std::make_unique<SoftCells>(std::move(cells), physics_.container->period(), walls_, settings,
+                                         problem_.execution.threads);
+  }
+
+  std::vector<Deformation> deformations() const {
+    std::vector<Deformation> each(placed_.size());
+    problem_.execution.threads.forEach(std::int64_t(each.size()), [&](std::int64_t i, int) {
       if (grows_[placed_[i].species])
-        forces[i] = deformationOf(*membranes_[placed_[i].species], cells.vertices(std::size_t(i))).force;
+        each[i] = deformationOf(*membranes_[placed_[i].species], cells_->vertices(std::size_t(i)));
     });
-    return *std::max_element(forces.begin(), forces.end());
+    return each;
   }
 
-  std::vector<SoftlyPackedCell> result(const SoftCells& cells) const {
+  Deformation largestDeformation() const {
+    Deformation most;
+    for (const Deformation& one : deformations()) most.enlarge(one);
+    return most;
+  }
+
+  std::vector<SoftlyPackedCell> result() const {
+    const SoftCells& cells = *cells_;
     std::vector<SoftlyPackedCell> out;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
@@ -292,7 +376,8 @@ class SoftPacker {
     return out;
   }
 
-  void report(const SoftCells& cells) const {
+  void report() const {
+    const SoftCells& cells = *cells_;
     if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
     problem_.execution.progress({softCellsStage, cells.iterations(), cells.smallestScale(), 0.0, 0});
   }
@@ -310,9 +395,16 @@ class SoftPacker {
   Physics small_;
   std::vector<PlacedCell> placed_;  ///< undeformed, of all ranks
   std::vector<Pose> poses_;         ///< of the same
+  std::vector<WallGap> walls_;
+  std::vector<int> wallOf_;           ///< of each species, index into walls_; -1: none
+  std::unique_ptr<SoftCells> cells_;  ///< those that were placed
 };
 
 }  // namespace
+
+double SoftLimits::share(const Deformation& of) const {
+  return std::max({of.force / force, std::abs(of.volume) / volume, std::abs(of.area) / area});
+}
 
 SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits) {

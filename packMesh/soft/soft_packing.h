@@ -29,20 +29,30 @@ struct SoftlyPackedCell {
 
 struct SoftPacking {
   Outcome outcome = Outcome::outOfReach;
-  /// Of all ranks, by species; none unless certified, or if undeformed cells can be packed (startScale 1).
+  /// Of all ranks, by species; none if undeformed cells can be packed (startScale 1). If not all could be
+  /// packed, none, or with SoftLimits::fewerCells those that could; what follows is what all of them reached.
   /// Fixed cells are left out, since they stay as they are.
   std::vector<SoftlyPackedCell> cells;
   double startScale = 1.0;  ///< of the undeformed cells that were packed first
   double scale = 1.0;       ///< smallest of a cell at the end
-  double force = 0.0;       ///< largest on a vertex at the end, by HemoCell's laws [pN]
+  Deformation most;         ///< largest force and largest changes of a cell at the end
   std::int64_t iterations = 0;
 };
 
-/// What deformable cells may bear.
+/// What deformable cells may bear. Changes of volume and area: half of the strain at which HemoCell's law of
+/// volume, and that of the area of triangles, has its pole; forces are 4/3 of those of a linear law there.
 struct SoftLimits {
-  double force = 10.0;  ///< on a vertex, by HemoCell's laws [pN]
-  double aim = 3.0;     ///< with less than this, packing ends [pN]
+  double force = 10.0;   ///< on a vertex, by HemoCell's laws [pN]
+  double volume = 0.05;  ///< change of that of a cell [fraction]
+  double area = 0.15;    ///< likewise
+  double aim = 3.0;      ///< with less force than this, packing ends [pN]
+
   std::int64_t iterations = 20000;
+  /// If not all cells can be packed: whether those that find no room are taken out until the others can.
+  bool fewerCells = false;
+
+  double share(const Deformation& of) const;  ///< the largest, of these limits
+  bool allow(const Deformation& of) const { return share(of) <= 1.0; }
 };
 
 /// Packs undeformed cells that are so small that this is easy, and lets them grow as deformable ones. Gaps
@@ -50,7 +60,7 @@ struct SoftLimits {
 /// apply to the small cells, layers without cells to all. All ranks call, and do the same work.
 ///
 /// Where undeformed cells can be packed, none are deformed, and the result is empty. `certified` means that
-/// all cells have full size and forces are within the limit. No step of the method lets membranes meet, but
+/// all cells have full size and are within the limits. No step of the method lets membranes meet, but
 /// in single precision: the cells are to be certified by the numbers that are written.
 /// @param species those of the problem
 /// @throws InputError like pack()

@@ -17,7 +17,7 @@ _logging.getLogger("packmesh").addHandler(_logging.NullHandler())
 if _typing.TYPE_CHECKING:
     from ._check import check
     from ._settings import Beyond, Box, Cylinder, HalfSpace, Mesh, Region, Species, Sphere
-    from .case import Case, Forecast, forecast, pack, realisations
+    from .case import Case, Forecast, forecast, pack, packing_of, realisations
     from .cells import Cells
     from .deformed_packing import DeformedCheck, DeformedPacking
     from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, RankError, RepairWarning, UnknownCellsError
@@ -31,7 +31,7 @@ if _typing.TYPE_CHECKING:
 __all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
            "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
            "InternalError", "Mesh", "Misplaced", "MissingFileError", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
-           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
+           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "packing_of", "read_pos",
            "realisations", "write_pos"]
 
 _MODULES = ("errors", "hemocell_run", "_settings", "pos", "cells", "packing", "progress", "_check", "case", "deformed_packing")

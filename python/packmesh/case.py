@@ -17,6 +17,7 @@ from ._settings import (Asked, Body, Box, Cylinder, Integer, MeshSource, Number,
                         existing, file_name, mapping, several, value_of)
 from ._values import ByValue
 from .cells import CellPacking
+from .deformed_packing import quaternions_of, rigid_fits
 from .errors import InputError
 from .packing import Check, Packing
 from .progress import Progress, ProgressDisplay
@@ -87,8 +88,10 @@ def pack(
     growth: Optional[Mapping[str, Any]] = None,
     order: Optional[str] = None,
     rotate: bool = True,
-    soft: bool = False,
+    soft: Union[bool, str] = False,
     max_force: Optional[Number] = None,
+    max_volume_change: Optional[Number] = None,
+    max_area_change: Optional[Number] = None,
     seed: Optional[Integer] = None,
     max_time: Optional[Number] = None,
     max_iterations: Optional[Integer] = None,
@@ -134,7 +137,7 @@ def pack(
         profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
-            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, its cells of a species (p["RBC"]), or a step of a run, its packing, or a run, of which the
+            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines or of shape (n, V, 3) of vertices in the template's order, a Packing, its cells of a species (p["RBC"]), or a step of a run, its packing, or a run, of which the
             last step is taken: these cells keep their membranes
         blood: flowing blood that is repeated over the lumen: a state file, a run or its output folder, of which the last step is
             taken, a step of a run, or a packing with deformed cells
@@ -150,8 +153,9 @@ def pack(
         builder, escape, growth: of "cat": "chords" or "cat-faces"; exchanges of cells; {"initialScale": 0.2}
         order: "random" (the default) or "columns" (rouleaux, in boxes with periodic ends)
         rotate: False keeps every orientation at 0
-        soft, max_force: cells deform by HemoCell's membrane laws where undeformed ones cannot be packed; the largest force on a vertex
-            then (10 pN)
+        soft: cells deform by HemoCell's membrane laws where undeformed ones cannot be packed easily; "auto": only where they cannot be packed at all
+        max_force, max_volume_change, max_area_change: largest force on a vertex of a soft cell (10 pN), and largest changes of its volume (0.05)
+            and area (0.15)
         seed: of the random numbers (1)
     Limits:
         max_time: time limit; if not all cells fit, fewer are packed, which can take as long again
@@ -195,6 +199,33 @@ def _listening(listener: Any, comm: Any) -> Iterator[Optional[Callable[..., Any]
     if not callable(listener):
         raise InputError(f"progress: expected a function or True, found {listener!r}")
     yield lambda *values: listener(Progress(*values))
+
+
+#: Arguments of pack() that packing_of() takes.
+_OF_LUMEN = ("case", "box", "cylinder", "sphere", "vessel", "scale", "open_axis", "flat_openings", "obstacles", "walls", "ends", "dx", "pre_inlet",
+             "pre_inlet_slice", "pre_inlet_ranges", "species", "fluid_volume", "threads", "state")
+
+
+def packing_of(cells: Mapping[str, Any], **options: Any) -> Packing:
+    """Cells that exist as a packing: it is certified, and can be saved, exported and loaded.
+
+    cells: {"RBC": vertices of shape (n, V, 3)} [µm], in the order of the template's (``Packing.template()``), or lines of .pos
+        files of shape (n, 6), for all kinds of cells
+    options: arguments of pack() for the lumen and the templates: case, box, cylinder, sphere, vessel, scale, open_axis, flat_openings, obstacles,
+        walls, ends, dx, pre_inlet, pre_inlet_slice, pre_inlet_ranges, species, fluid_volume, threads; and state
+
+    The cells stay as they are. Raises InputError if they overlap, intersect themselves or are not inside the lumen.
+    """
+    cells = mapping("cells", cells, '{"RBC": vertices of shape (n, V, 3)}')
+    _bound(options, "packing_of")
+    for name in options:
+        if name not in _OF_LUMEN:
+            raise InputError(f"packing_of: the cells are there; expected no {name}")
+    species = dict(options.pop("species", None) or {})
+    for name, given in cells.items():
+        one = species.get(name)
+        species[name] = dataclasses.replace(one, count=len(given)) if isinstance(one, Species) else len(given)
+    return pack(fixed=cells, species=species, **options)
 
 
 def realisations(count: Integer, *, seed: Optional[Integer] = None, **options: Any) -> Iterator[Packing]:
@@ -244,8 +275,8 @@ def _asked(**given: Any) -> Dict[str, Any]:
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None)
     for name in ("hematocrit", "discharge_hematocrit", "platelets", "flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice",
-                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "max_force", "seed", "max_time",
-                 "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
+                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "max_force", "max_volume_change",
+                 "max_area_change", "seed", "max_time", "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         asked.set(name, given[name])
     ranges = mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}')
     asked.flag("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")] for axis, planes in ranges.items()])
@@ -257,17 +288,53 @@ def _asked(**given: Any) -> Dict[str, Any]:
     asked.flag("hematocritVolume", given["fluid_volume"], "fluid")
     asked.flag("escape", given["escape"])
     asked.flag("bestEffort", given["best_effort"])
-    asked.flag("soft", given["soft"])
+    if given["soft"] is not False:
+        asked.set("soft", given["soft"])
     asked.flag("rotate", not given["rotate"], False)
-    asked.cells("fixed", given["fixed"])
-    asked.cells("start", given["start"])
     asked.blood(_flowing(given["blood"]))
     asked.obstacles(given["obstacles"])
     asked.regions(given["regions"])
     asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))
     if not {"config", "box", "container", "restart"} & set(asked.request):
         raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
+    for name in ("fixed", "start"):
+        asked.cells(name, _as_cells(name, given[name], asked.request))
     return asked.request
+
+
+def _dimensions(values: Any) -> int:
+    """0 of what is no array."""
+    try:
+        return np.ndim(values)
+    except ValueError:  # rows of different lengths
+        return 0
+
+
+def _as_cells(option: str, source: Any, request: Dict[str, Any]) -> Any:
+    """Of vertices by the names of cells, which have three dimensions, what stands in place of a state; other cells as they are."""
+    arrays = dict(source) if isinstance(source, Mapping) else {}
+    vertices = {str(name).strip(): np.asarray(cells) for name, cells in arrays.items() if _dimensions(cells) == 3}
+    if not vertices:
+        return source
+    if len(vertices) < len(arrays):
+        raise InputError(f"{option}: expected vertices, shape (n, V, 3), of all kinds of cells, or lines of .pos files, shape (n, 6), of all")
+    species = {one["name"]: one for one in request.get("species", []) if one["name"] in vertices}
+    counted = [{**{key: value for key, value in species.get(name, {"name": name}).items() if key != "ratio"}, "count": len(cells)}
+               for name, cells in vertices.items()]
+    lumen = {key: request[key] for key in ("config", "box", "container", "dx") if key in request}
+    templates = _packmesh.templates({**lumen, "species": counted})
+    kinds = []
+    for name, cells in vertices.items():
+        template, triangles = templates[name]
+        if not (np.issubdtype(cells.dtype, np.number) and np.isfinite(cells).all()):
+            raise InputError(f'{option}["{name}"]: expected finite numbers')
+        if cells.shape[1:] != template.shape:
+            raise InputError(f'{option}["{name}"]: expected vertices of shape (n, {len(template)}, 3), in the order of the template, '
+                             f"found {cells.shape}")
+        rotations, positions, _ = rigid_fits(template, cells)
+        bodies = np.einsum("nvi,nij->nvj", cells - positions[:, None], rotations)
+        kinds.append((name, template, triangles, positions, quaternions_of(rotations), bodies))
+    return [_packmesh.numbers_of_cells(option, kinds, None, None)]
 
 
 def _flowing(source: Any) -> Any:

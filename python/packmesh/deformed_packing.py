@@ -80,7 +80,7 @@ class DeformedPacking(CellPacking):
 
     def _fit(self) -> None:
         """The rigid bodies nearest to the cells."""
-        fits = [_fits(self._templates[name][0], vertices) for name, vertices in self._vertices.items()]
+        fits = [rigid_fits(self._templates[name][0], vertices) for name, vertices in self._vertices.items()]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
 
     def __copy__(self) -> DeformedPacking:
@@ -109,7 +109,7 @@ class DeformedPacking(CellPacking):
     @property
     def rotations(self) -> np.ndarray:
         """Of the rigid fits: unit quaternions x, y, z, w, shape (N, 4)."""
-        return _quaternions(self._matrices)
+        return quaternions_of(self._matrices)
 
     def template(self, name: str) -> Tuple[np.ndarray, np.ndarray]:
         """The undeformed mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
@@ -315,7 +315,7 @@ class _StepCells(PackingFile):
         return self._packing.vertices(self.kinds[kind].name)[np.asarray(cells) - int(np.searchsorted(self.species, kind))]
 
 
-def _fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def rigid_fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rotation matrices, shape (N, 3, 3), places of the template's origin, shape (N, 3), and root mean square distances of the
     vertices, shape (N,)."""
     if len(cells) == 0:
@@ -335,7 +335,7 @@ def _angles(m: np.ndarray) -> np.ndarray:
                                 np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))
 
 
-def _quaternions(m: np.ndarray) -> np.ndarray:
+def quaternions_of(m: np.ndarray) -> np.ndarray:
     """x, y, z, w: the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack 2000), shape (N, 4)."""
     k = np.empty((len(m), 4, 4))
     k[:, :3, :3] = m + np.swapaxes(m, 1, 2) - np.trace(m, axis1=1, axis2=2)[:, None, None] * np.eye(3)

@@ -258,7 +258,11 @@ class Packing(CellPacking):
 
     def columns(self) -> Dict[str, Floats]:
         """What is measured of each cell, by its name in state files: "gap" to the nearest other membrane [µm], infinite beyond
-        `certificate.gaps_measured_up_to`, "local_hematocrit" around it, shape (N,) (collective)."""
+        `certificate.gaps_measured_up_to`, "local_hematocrit" around it, shape (N,) (collective).
+
+        With deformed cells also, by HemoCell's membrane laws, the largest "force" on a vertex [pN], and "volume_change", "area_change" and the
+        largest "triangle_change" and "edge_change" [fraction].
+        """
         return self._held.columns()
 
     def report(self) -> Dict[str, Any]:

@@ -15,10 +15,13 @@ from packmesh import hdf5_files
 from packmesh.errors import InputError
 from packmesh.hdf5_files import Damaged, Group
 
+#: Measured of each cell, if some are deformed: the largest force on a vertex [pN], changes of volume and area, the largest of a triangle and an edge.
+DEFORMATION = ("force", "volume_change", "area_change", "triangle_change", "edge_change")
 _ROUNDING = 1e-6  # of unit quaternions and scales
 _FARTHEST = 1e9  # coordinate of a cell [µm]
 #: Of tables of cells that are known.
-_COLUMNS = {"position": 3, "orientation": 4, "membrane": 0, "gap": 0, "local_hematocrit": 0, "scale": 0, "angles": 3}
+_COLUMNS = {"position": 3, "orientation": 4, "membrane": 0, "gap": 0, "local_hematocrit": 0, "scale": 0, "angles": 3,
+            **dict.fromkeys(DEFORMATION, 0)}
 _REQUIRED = ("position", "orientation")
 
 

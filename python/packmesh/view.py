@@ -26,7 +26,7 @@ MOST_DRAWN, MOST_DEFORMED, MOST_OF_LUMEN = 20000, 3000, 20000  # cells; if some 
 SCRIPTS = ("data", "geometry", "marks", "colors", "tables", "plots", "shaders", "meshes", "outlines", "view", "panel", "start")
 LIBRARIES = {"three.min.js": "three", "OrbitControls.js": "three/examples/js/controls", "chart.min.js": "chart.js"}
 #: What pages without a view have in place of cells.
-NO_CELLS = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": ""}
+NO_CELLS = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": "", "forces": None}
 #: As Debian installs them, for use from the source tree.
 JAVASCRIPT = "/usr/share/javascript"
 
@@ -119,6 +119,7 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
         "numbers": packed(drawn, "<u4") if sliced else None, "positions": packed(packing.positions[drawn], "<f4"),
         "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"),
         "gaps": measured("gap"), "localHematocrits": measured("local_hematocrit"),
+        "forces": measured("force"),
         "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
         "overlapping": packing.faults.overlapping,
         "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced],

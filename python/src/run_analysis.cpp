@@ -20,6 +20,8 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/make_lumen.h"
+#include "hemocell_adapter/problem/make_species.h"
+#include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/analysis/wall_depth.h"
 #include "packMesh/certificate/mesh_overlaps.h"
@@ -164,6 +166,22 @@ py::object cellTemplate(const std::string& name, const std::optional<std::filesy
     model = defaultModel(name);
   if (!model) return py::none();
   return arraysOf(buildTemplate(*model, dx));
+}
+
+/// The templates of the cells that a request names.
+py::dict templatesOf(const py::dict& stated) {
+  const Request asked = requestOf(stated);
+  const SpeciesAndShapes made = Caller().run([&] {
+    const CompletedRequest completed = requestToPack(asked);
+    std::vector<std::string> warnings;
+    Notices notices;  // told when the cells are packed
+    return makeSpecies(plansToPack(completed.request, completed.simulation.get(), warnings), {},
+                       completed.request, Threads(1), false, notices);
+  });
+  py::dict all;
+  for (const CellSpecies& species : made.species)
+    all[py::str(species.name)] = arraysOf(species.shape->mesh());
+  return all;
 }
 
 using FloatPoints = py::array_t<float, py::array::c_style | py::array::forcecast>;
@@ -323,6 +341,7 @@ void addRunAnalysis(py::module_& module) {
   module.def("lumen", &lumenOf);
   py::class_<PythonMeshes>(module, "Meshes").def(py::init(&meshesOf)).def("examine", &PythonMeshes::examine);
   module.def("cell_template", &cellTemplate);
+  module.def("templates", &templatesOf);
   module.def("save_cells", &saveDeformed);
   module.def("numbers_of_cells", &numbersOfDeformed);
 }

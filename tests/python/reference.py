@@ -13,7 +13,7 @@ Lengths are in µm, times in s, angles in degrees. N is the number of cells of a
 triangles of a template. Floats and Integers are arrays of NumPy; Number and Integer are numbers of Python or NumPy.
 """
 GROUPS = {
-    "Packing": ["pack", "realisations", "forecast", "Case"],
+    "Packing": ["pack", "packing_of", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region", "HalfSpace", "Beyond"],
     "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],

@@ -3,13 +3,18 @@
 import base64
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
 import packmesh
+from conftest import SOURCE
 from forked_commands import output_of
+from packmesh import vtp
 from packmesh.membrane_measures import shapes_of
+from packmesh.packing_file import PackingFile
+from write_run import sphere
 
 # Beyond what undeformed cells can fill: 9 cells.
 DENSE = dict(box=(10, 10, 10), ends="periodic", hematocrit=0.73, platelets=0)
@@ -28,10 +33,37 @@ def test_cells_have_membranes_of_their_own(packing, tmp_path):
     np.testing.assert_allclose(volumes, shapes_of(template[None], triangles).volume[0], rtol=0.01)
     assert packing.hematocrit == pytest.approx(volumes.sum() / 1000, rel=1e-5)
     assert packing.certificate.clean and packing.certificate.minimum_gap > 0
-    soft = packing.report()["soft"]
-    assert soft["cells"] == 9 and 0.1 < soft["force"] < 10
+    deformation = packing.report()["deformation"]
+    assert deformation["cells"] == 9 and 0.1 < deformation["largest"]["force"] < 10
     packing.save(tmp_path / "s.h5")
     np.testing.assert_allclose(packmesh.load(tmp_path / "s.h5").vertices("RBC"), vertices, rtol=0, atol=1e-12)
+
+
+def test_deformation_of_each_cell(packing, tmp_path):
+    """Areas and volumes are those of the meshes; every output has the same numbers."""
+    columns, largest = packing.columns(), packing.report()["deformation"]["largest"]
+    template, triangles = packing.template("RBC")
+    now, rest = shapes_of(packing.vertices("RBC"), triangles), shapes_of(template[None], triangles)
+    np.testing.assert_allclose(columns["volume_change"], now.volume / rest.volume - 1, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(columns["area_change"], now.area / rest.area - 1, rtol=0, atol=1e-9)
+
+    def edges(vertices):
+        return np.linalg.norm(vertices[..., triangles[:, [1, 2, 0]], :] - vertices[..., triangles, :], axis=-1)
+
+    change = (edges(packing.vertices("RBC")) / edges(template) - 1).reshape(9, -1)
+    most = change[np.arange(9), np.abs(change).argmax(axis=1)]
+    np.testing.assert_allclose(columns["edge_change"], most, rtol=0, atol=1e-9)
+    for name in ("force", "volume_change", "area_change", "triangle_change", "edge_change"):
+        assert np.abs(columns[name]).max() == pytest.approx(abs(largest[name.split("_")[0]]))
+    packing.save(tmp_path / "s.h5")
+    np.testing.assert_allclose(packmesh.load(tmp_path / "s.h5").columns()["force"], columns["force"], rtol=1e-9)
+    np.testing.assert_array_equal(PackingFile(str(tmp_path / "s.h5")).column("force"), columns["force"])
+    packing.write_vtp(tmp_path, meshes=True)
+    np.testing.assert_array_equal(vtp.read(tmp_path / "RBC.vtp").data["force"], columns["force"])
+    np.testing.assert_allclose(vtp.read(tmp_path / "RBC_cells.vtp").data["area_change"], np.repeat(columns["area_change"], len(triangles)),
+                               rtol=1e-6)
+    rigid = packmesh.pack(box=(16, 16, 16), species={"RBC": 5})
+    assert "force" not in rigid.columns() and rigid.report()["deformation"] is None
 
 
 def test_same_cells_as_the_program(packing, program):
@@ -49,15 +81,22 @@ def test_exports_and_page(packing, tmp_path):
     packing.write_report(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     cells = json.loads(re.search(r'<script[^>]*id="cells"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
+    np.testing.assert_allclose(np.frombuffer(base64.b64decode(cells["forces"]), "<f4"), packing.columns()["force"], rtol=1e-6)
     rows = np.frombuffer(base64.b64decode(cells["species"][0]["own"]["rows"]), "<i4")
     np.testing.assert_array_equal(rows, np.arange(9))
 
 
 def test_refusals():
-    with pytest.raises(packmesh.InputError, match="soft and best_effort exclude each other"):
-        packmesh.pack(**DENSE, soft=True, best_effort=True)
     with pytest.raises(packmesh.InfeasibleError, match=r"0.01 pN are allowed \(max_force\)"):
         packmesh.pack(**DENSE, soft=True, max_force=0.01, max_iterations=400)
+    with pytest.raises(packmesh.InfeasibleError, match=r"1 % are allowed \(max_area_change\)"):
+        packmesh.pack(**DENSE, soft=True, max_area_change=0.01, max_iterations=400)
+
+
+def test_best_effort_and_auto():
+    fewer = packmesh.pack(box=(10, 10, 10), ends="periodic", species={"RBC": 12}, soft=True, best_effort=True, max_iterations=100)
+    assert 9 <= len(fewer) < 12 and not fewer.complete and fewer.certificate.clean
+    assert not packmesh.pack(box=(16, 16, 16), ends="periodic", hematocrit=0.4, soft="auto").deformed
 
 
 def test_rigid_species():
@@ -78,3 +117,70 @@ def test_interruption():
             raise Enough
     with pytest.raises(Enough):
         packmesh.pack(**DENSE, soft=True, progress=stop)
+
+
+def test_packing_of_vertices(packing, tmp_path):
+    """Arrays become a packing that is certified, saved, loaded and exported; its cells are the same."""
+    vertices, lumen = packing.vertices("RBC"), dict(box=(10, 10, 10), ends="periodic")
+    made = packmesh.packing_of({"RBC": vertices}, **lumen)
+    assert made.counts == {"RBC": 9} and made.deformed and made.complete and made.certificate.clean and made.check().clean
+    np.testing.assert_allclose(made.vertices("RBC"), vertices, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(made.positions, packing.positions, rtol=0, atol=1e-9)  # of the template that fits best
+    assert made.hematocrit == pytest.approx(packing.hematocrit)
+    np.testing.assert_allclose(made.columns()["force"], packing.columns()["force"], rtol=1e-6)
+    made.save(tmp_path / "s.h5")
+    np.testing.assert_allclose(packmesh.load(tmp_path / "s.h5").vertices("RBC"), vertices, rtol=0, atol=1e-12)
+    assert [path.name for path in made.write_pos(tmp_path, export=["stl"])] == ["cells.stl"]
+    assert packmesh.check(tmp_path / "s.h5", **lumen).clean
+
+
+def test_packing_of_other_cells(packing, tmp_path):
+    """Meshes of one's own, lines of .pos files, and vertices as cells that stay or that a packing starts from."""
+    cube = packmesh.pack(box=(20, 20, 20), species={"SPHERE": packmesh.Species(count=3, mesh=sphere())})
+    made = packmesh.packing_of({"SPHERE": cube.vertices("SPHERE") * (1, 1.01, 1)}, box=(20, 21, 20),
+                               species={"SPHERE": packmesh.Species(mesh=sphere())})
+    assert made.counts == {"SPHERE": 3} and made.certificate.clean
+    lines = packmesh.packing_of({"SPHERE": cube.pos_lines("SPHERE")}, box=(20, 20, 20), species={"SPHERE": packmesh.Species(mesh=sphere())})
+    np.testing.assert_allclose(lines.positions, cube.positions, atol=1e-9)
+    tube = dict(cylinder=("x", 2.8, 20), ends="periodic", soft=True)
+    one = packmesh.pack(**tube, species={"RBC": 1})
+    two = packmesh.pack(**tube, species={"RBC": 2}, fixed={"RBC": one.vertices("RBC")})
+    np.testing.assert_allclose(two.vertices("RBC")[:1], one.vertices("RBC"), rtol=0, atol=1e-9)
+    assert packmesh.pack(**DENSE, soft=True, start={"RBC": packing.vertices("RBC")}).counts == {"RBC": 9}
+
+
+def test_packing_of_refuses(packing, tmp_path):
+    vertices, lumen = packing.vertices("RBC"), dict(box=(10, 10, 10), ends="periodic")
+
+    def refused(cells, match, **options):
+        with pytest.raises(packmesh.InputError, match=match):
+            packmesh.packing_of(cells, **{**lumen, **options})
+
+    moved = vertices.copy()
+    moved[0] += vertices[1].mean(axis=0) - vertices[0].mean(axis=0) + 0.5
+    refused({"RBC": moved}, "fixed.*overlap")
+    refused({"RBC": vertices[:, ::-1]}, "inside out|intersect")
+    crossed = vertices.copy()
+    crossed[2, 0] += 2 * (crossed[2].mean(axis=0) - crossed[2, 0])
+    refused({"RBC": crossed}, "intersects itself")
+    refused({"RBC": vertices[:, 1:]}, r'fixed\["RBC"\]: expected vertices of shape \(n, 642, 3\), in the order of the template, found \(9, 641, 3\)')
+    refused({"RBC": vertices * np.nan}, "expected finite numbers")
+    refused({"RBC": vertices, "PLT": np.zeros((1, 6))}, "of all kinds of cells")
+    refused({"XYZ": vertices}, "XYZ")
+    refused({"RBC": [[1, 2], [3]]}, "the cells 'RBC': expected an array of shape")
+    refused(vertices, "cells: expected")
+    refused({"RBC": vertices}, "the cells are there; expected no hematocrit", hematocrit=0.4)
+    refused({"RBC": vertices + (0, 0, 4)}, "wall|inside|box", ends=None)
+    with pytest.raises(TypeError, match=r"packing_of\(\) got an unexpected keyword argument 'wals'"):
+        packmesh.packing_of({"RBC": vertices}, **lumen, wals="x")
+
+
+def test_packing_of_a_case(case):
+    """What its <packing> section asks for is not added."""
+    config = case / "config.xml"
+    for name in ("RBC.xml", "PLT.xml"):
+        shutil.copy(SOURCE / "config" / name, case)
+    config.write_text(config.read_text().replace("</container>", "</container><hematocrit>0.2</hematocrit>"))
+    packed = packmesh.pack(case=config, ends="periodic", species={"RBC": 3, "PLT": 0})
+    made = packmesh.packing_of({"RBC": packed.vertices("RBC")}, case=config, ends="periodic")
+    assert made.counts["RBC"] == 3 and sum(made.counts.values()) == 3

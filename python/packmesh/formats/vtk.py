@@ -8,7 +8,7 @@ from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence,
 import numpy as np
 
 from packmesh.formats import CELLS_AT_A_TIME, File, some
-from packmesh.packing_file import Lumen, PackingFile
+from packmesh.packing_file import DEFORMATION, Lumen, PackingFile
 
 TYPES = {"<f4": "Float32", "<f8": "Float64", "<i4": "Int32", "<i8": "Int64"}
 Pieces = Callable[[], Iterable[np.ndarray]]
@@ -116,6 +116,7 @@ def _centres(packing: PackingFile, index: int) -> File:
         array("data", "species", "<i8", 1, lambda cells: np.full(len(cells), index)),
         array("data", "gap", "<f8", 1, lambda cells: packing.column("gap")[cells]),
         array("data", "local_hematocrit", "<f8", 1, lambda cells: packing.column("local_hematocrit")[cells]),
+        *(array("data", name, "<f8", 1, lambda cells, name=name: packing.column(name)[cells]) for name in DEFORMATION if name in packing.columns),
         array("data", "orientation", "<f8", 4, lambda cells: packing.orientations[cells]),
         array("data", "thin_axis", "<f8", 3, thin_axes)], kind.count, verts=kind.count)
 
@@ -174,7 +175,8 @@ def membranes(packing: PackingFile) -> List[File]:
         return membranes_of(kind.name + "_cells.vtp",
                             [(len(kind.vertices), cells, kind.triangles, lambda one: packing.membranes(index, one))],
                             {"id": ("<i4", np.arange(len(packing))), "gap": ("<f4", packing.column("gap")),
-                             "local_hematocrit": ("<f4", packing.column("local_hematocrit"))})
+                             "local_hematocrit": ("<f4", packing.column("local_hematocrit")),
+                             **{name: ("<f4", packing.columns[name]) for name in DEFORMATION if name in packing.columns}})
 
     return [file_of(index) for index, kind in enumerate(packing.kinds) if kind.count]
 

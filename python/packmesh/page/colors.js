@@ -57,6 +57,10 @@ function colorModes() {
     modes.hematocrit = { name: "local hematocrit", color: (i) => onScale((cells.localHematocrits[i] - least) / (most - least)),
       ends: [least.toFixed(3), most.toFixed(3)] };
   }
+  if (cells.forces) {
+    const most = Math.max(sorted(cells.forces)[cells.forces.length - 1] || 0, 1e-3);
+    modes.force = { name: "largest force on a vertex", color: (i) => onScale(cells.forces[i] / most), ends: ["0", most.toPrecision(3) + " pN"] };
+  }
   if (faults.size)
     modes.faults = { name: "violations", color: (i) => (faults.has(cells.number(i)) ? [220, 30, 30] : [200, 206, 214]),
       keys: [["overlaps, or not inside", "#dc1e1e"], ["others", "#c8ced6"]] };

@@ -32,6 +32,7 @@ const cells = (() => {
     orientations: floatsOf(stored.orientations),
     gaps: stored.gaps && floatsOf(stored.gaps),  // null: not known
     localHematocrits: stored.localHematocrits && floatsOf(stored.localHematocrits),
+    forces: stored.forces && floatsOf(stored.forces),  // largest on a vertex
     first: counts.map((_, s) => counts.slice(0, s).reduce((sum, count) => sum + count, 0)),
     /** Vertices of a cell in the frame of its template. */
     verticesOf(i) {

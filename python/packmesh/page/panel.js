@@ -12,6 +12,7 @@ function showCell(view) {
   add("symmetry axis", cells.axis(i).map((x) => x.toFixed(3)).join(", "));
   if (cells.gaps) add("gap to nearest", cells.gaps[i] >= most ? "more than " + most + " µm" : shown(cells.gaps[i], 4) + " µm");
   if (cells.localHematocrits) add("local hematocrit", cells.localHematocrits[i].toFixed(3));
+  if (cells.forces) add("largest force", shown(cells.forces[i], 3) + " pN");
   const close = element("button", { type: "button", onclick: () => view.select(-1) }, "Deselect");
   box.append(element("h2", {}, "Cell " + cells.number(i) + " "), list);
   for (const text of faults.get(cells.number(i)) || []) box.append(element("p", { class: "fault" }, text));

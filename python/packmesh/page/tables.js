@@ -144,6 +144,19 @@ function showCertificate() {
     noteOf("Decided by exact arithmetic on the meshes that HemoCell builds, at the positions in the .pos files."));
 }
 
+/** How much cells with meshes of their own are deformed. */
+function showDeformation() {
+  const found = report.deformation;
+  if (!found) return;
+  const percent = (value) => (100 * value).toFixed(2), row = (name, key, text) => [name, text(found.largest[key]), text(found.median[key])];
+  addCard("Deformation",
+    tableOf(["of " + counted(found.cells, "cell", "cells"), "#largest", "#median"], [
+      row("largest force on a vertex [pN]", "force", (value) => shown(value, 3)),
+      row("change of volume [%]", "volume", percent), row("change of area [%]", "area", percent),
+      row("largest change of a triangle [%]", "triangle", percent), row("largest change of an edge [%]", "edge", percent)]),
+    noteOf("Forces are those of HemoCell's membrane laws on the cells as they are."));
+}
+
 function showOrder() {
   addCard("Gaps and orientation",
     tableOf(["cell", "#smallest gap [µm]", "#median [µm]", "#mean [µm]", "#farther than " + shown(report.certificate.gapsMeasuredUpTo) + " µm", "#order S",
@@ -160,7 +173,7 @@ function showOrder() {
 function showSettings() {
   const list = element("dl", { class: "settings" });
   const ofPacking = new Set(["seed", "method", "maxIterations", "maxTime", "hematocrit", "hematocritVolume", "builder", "escape",
-    "rotate", "order", "soft", "maxForce", "bestEffort", "realisations", "checkpointEvery", "growth", "growthFrames", "tile", "restart"]);
+    "rotate", "order", "soft", "maxForce", "maxVolumeChange", "maxAreaChange", "bestEffort", "realisations", "checkpointEvery", "growth", "growthFrames", "tile", "restart"]);
   for (const [name, value] of Object.entries(report.configuration))
     if (!checked || !ofPacking.has(name)) list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
   addCard("Settings", list, noteOf("Names are those of packMesh --reference and --help; – stands for none."));
@@ -201,5 +214,5 @@ function showTables() {
   showHead();
   showRealisation();
   showTiles();
-  for (const show of [showSpecies, showHematocrit, showCertificate, showOrder, showSettings, showCommand]) show();
+  for (const show of [showSpecies, showHematocrit, showCertificate, showDeformation, showOrder, showSettings, showCommand]) show();
 }

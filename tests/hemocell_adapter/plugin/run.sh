@@ -73,7 +73,7 @@ case $test in
   soft)  # cells that deform, packed by the plug-in and loaded from the state
     config 48 40 40 "<hematocrit> 0.62 </hematocrit> <soft> true </soft>"
     case_on 2 box 2 1 1 --state soft.h5 > packed.txt
-    grep -q 'Soft cells: [0-9]* deformed; largest force on a vertex' packed.txt
+    grep -q 'Deformed cells: [0-9]*; largest force on a vertex' packed.txt
     complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)"
     case_on 1 box 1 1 1 load soft.h5 > loaded.txt
     complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)" ;;

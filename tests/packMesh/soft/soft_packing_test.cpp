@@ -49,7 +49,7 @@ TEST_CASE("a box is filled far beyond what undeformed cells can fill", "[soft]")
     const Certificate certificate = certificateOf(problem.physics, packed);
     CHECK(certificate.clean());
     CHECK(certificate.minimumGap > 0.02);
-    CHECK(packed.force <= 10.0);
+    CHECK(packed.most.force <= 10.0);
   }
 }
 
@@ -110,7 +110,17 @@ TEST_CASE("packing soft cells ends at its limits", "[soft]") {
     const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
     CHECK(packed.outcome == Outcome::outOfReach);
     CHECK(packed.cells.empty());
-    CHECK(packed.force > 0.01);
+    CHECK(packed.most.force > 0.01);
+  }
+  SECTION("changes of volume and area") {
+    SoftLimits limits;
+    limits.iterations = 600;
+    (GENERATE(true, false) ? limits.volume : limits.area) = 1e-6;
+    const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
+    CHECK(packed.outcome == Outcome::outOfReach);
+    CHECK(packed.scale == 1.0);
+    CHECK(packed.most.force < limits.force);
+    CHECK(limits.share(packed.most) > 100.0);
   }
   SECTION("a lumen in which there is no room") {
     SoftLimits limits;
@@ -125,6 +135,34 @@ TEST_CASE("packing soft cells ends at its limits", "[soft]") {
     int polls = 0;
     problem.execution.interrupted = [&] { return ++polls > 60; };
     CHECK(packSoft(problem, {{}}, {}).outcome == Outcome::interrupted);
+  }
+}
+
+TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[soft]") {
+  SoftLimits limits;
+  limits.fewerCells = true;
+  limits.iterations = 600;
+  SECTION("the smallest") {
+    const PackingProblem problem = boxAt(1.1, 12);
+    const SoftPacking packed = packSoft(problem, {{}}, limits);
+    CHECK(packed.outcome == Outcome::outOfReach);
+    CHECK(packed.scale < 1.0);
+    CHECK(packed.iterations == 600);
+    CHECK(packed.cells.size() >= 9);
+    CHECK(packed.cells.size() < 11);
+    CHECK(certificateOf(problem.physics, packed).clean());
+    const Membrane membrane(sample::redCell(3), {});
+    for (const SoftlyPackedCell& cell : packed.cells)
+      CHECK(limits.allow(deformationOf(membrane, cell.vertices)));
+  }
+  SECTION("the most deformed") {
+    limits.area = 0.02;
+    const PackingProblem problem = boxAt(0.85, 12);
+    const SoftPacking packed = packSoft(problem, {{}}, limits);
+    CHECK(packed.scale == 1.0);
+    CHECK(packed.cells.size() > 6);
+    CHECK(packed.cells.size() < 12);
+    CHECK(certificateOf(problem.physics, packed).clean());
   }
 }
 
