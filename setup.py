@@ -11,7 +11,7 @@ setup(
     version=re.search(r"^version: (\S+)$", citation, re.M)[1],
     packages=["packmesh", "packmesh.formats"],
     package_dir={"": "python"},
-    package_data={"packmesh": ["py.typed", "_packmesh.pyi", "page/*"]},
+    package_data={"packmesh": ["py.typed", "_packmesh.pyi", "page/*", "new_case_files/*"]},
     cmake_args=["-DBUILD_TESTING=OFF", "-DPACKMESH_PYTHON=ON", "-DPACKMESH_PYTHON_DIR=python"],
     cmake_install_target="install_python",
 )

@@ -22,6 +22,7 @@ if _typing.TYPE_CHECKING:
     from .deformed_packing import DeformedCheck, DeformedPacking
     from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, RankError, RepairWarning, UnknownCellsError
     from .hemocell_run import Run, Step, hemocell_output
+    from .new_case import NewCase, new_case
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
     from .progress import Progress
@@ -30,11 +31,11 @@ if _typing.TYPE_CHECKING:
 
 __all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
            "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "MissingFileError", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
-           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "packing_of", "read_pos",
+           "InternalError", "Mesh", "Misplaced", "MissingFileError", "NewCase", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
+           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "new_case", "pack", "packing_of", "read_pos",
            "realisations", "write_pos"]
 
-_MODULES = ("errors", "hemocell_run", "_settings", "pos", "cells", "packing", "progress", "_check", "case", "deformed_packing")
+_MODULES = ("errors", "hemocell_run", "_settings", "pos", "cells", "packing", "progress", "_check", "case", "deformed_packing", "new_case")
 
 
 if not _typing.TYPE_CHECKING:  # names that are not there are errors to type checkers

@@ -25,6 +25,7 @@ COMMANDS = {
     "compare": "mean and spread of realisations by their reports, as tables and as a page",
     "run": "what a HemoCell run does to its cells: a table, and a page with plots over time; needs h5py",
     "render": "a picture of a packing (packMesh --vtp), a case or a state; needs POV-Ray",
+    "new-case": "a HemoCell case of the surface of a vessel: ends, lattice, flow, cells, code; needs the C++ module",
     "surface": "the surface in a .vtp, .vtu, .vtk or .msh file as OFF, as packMesh --vessel reads it; needs meshio, or VTK for .vtp",
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",

@@ -16,6 +16,7 @@ GROUPS = {
     "Packing": ["pack", "packing_of", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region", "HalfSpace", "Beyond"],
     "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
+    "Cases of HemoCell": ["new_case", "NewCase"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
     "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "RepairWarning"],

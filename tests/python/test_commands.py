@@ -159,7 +159,7 @@ def run_packmesh(*words, cwd=None):
 
 def test_the_command_of_the_build_tree_is_the_module(tmp_path):
     listed = run_packmesh("--help").stdout
-    for name in ("view", "export", "growth-frames", "cat-cells", "plot", "compare", "run", "render", "make-cell", "make-vessel",
+    for name in ("view", "export", "growth-frames", "cat-cells", "plot", "compare", "run", "render", "make-cell", "make-vessel", "new-case",
                  "paraview-cells", "paraview-growth"):
         assert f"  {name} " in listed
     assert listed == subprocess.run([sys.executable, "-m", "packmesh", "--help"], capture_output=True, text=True, check=True,

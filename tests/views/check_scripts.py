@@ -76,7 +76,7 @@ def check_plots(plot):
 
 
 def check_others(packmesh):
-    for command in ("plot", "compare", "render", "make-cell", "make-vessel", "paraview-cells", "paraview-growth"):
+    for command in ("plot", "compare", "render", "make-cell", "make-vessel", "new-case", "paraview-cells", "paraview-growth"):
         assert command in run([*packmesh, "--help"]) and f"packmesh {command}" in run([*packmesh, command, "--help"]), command
     assert "unknown command 'plots'" in run([*packmesh, "plots"], False)
     assert os.path.isfile(run([*packmesh, "paraview-cells", "--path"]).strip())

@@ -1,0 +1,391 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Makes a HemoCell case of the surface of a vessel: a folder that is built, started and analysed by three commands.
+
+    packmesh new-case vein.stl [case/] --hematocrit 0.3 [--dry-run]
+
+Any surface: open or closed by flat caps, in any unit, place and direction. Its ends are found; the flow is driven along x,
+  periodic   by a body force, between two ends that match (--mirror makes them match)
+  inlet      from a pre-inlet, which feeds cells, at one end to outlets of the same pressure at all others
+The folder has the surface in µm, config.xml, the cells, case.cpp with CMakeLists.txt, a job for Slurm, a picture, and README.md, which
+states the commands. What was found and chosen is printed.
+"""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import logging
+import os
+import shlex
+import shutil
+import sys
+import tempfile
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from packmesh import case_folder, command, files
+from packmesh.errors import InfeasibleError, InputError, OutputError
+from packmesh.vessel_lattice import PlacedVessel, placed
+from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
+from packmesh.vessel_surface import UNITS, Vessel, holes_of, microns, vessel_of
+
+Path = Union[str, "os.PathLike[str]"]
+
+_NU, _RHO = 1.1e-6, 1025.0  # plasma in config.xml [m²/s], [kg/m³]
+_RED_CELL = 7.82  # longest extent at rest [µm]
+_DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
+_FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
+DEFAULT_SHEAR_RATE = 1000.0  # [1/s]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class NewCase:
+    """What new_case() found and chose.
+
+    folder: that was written, None in a dry run
+    unit: that the surface was taken for; size: of the vessel in the case [µm]; nodes: of the lattice; dx: [µm], dt: [s]
+    ends: number, role, face, center, diameter [µm] and normal of each
+    narrowest: width of the narrowest place between two ends [µm]
+    velocity: mean at the inlet [m/s]; shear_rate: at the wall there [1/s]; stress: at the narrowest place [Pa]; body_force: [N/m³], None
+        with a pre-inlet
+    particle_envelope: [nodes]; ranks: numbers of ranks with which no block is smaller than it
+    counts: cells of each species that are packed, in the pre-inlet if there is one
+    megabytes, core_hours: expected of the simulation
+    text: the lines that the command prints
+    """
+
+    folder: Optional[str]
+    unit: str
+    size: Tuple[float, float, float]
+    nodes: Tuple[int, int, int]
+    dx: float
+    dt: float
+    ends: List[Dict[str, Any]]
+    narrowest: float
+    velocity: float
+    shear_rate: float
+    stress: float
+    body_force: Optional[float]
+    particle_envelope: int
+    ranks: List[int]
+    counts: Dict[str, int]
+    megabytes: float
+    core_hours: float
+    text: List[str]
+
+
+@dataclasses.dataclass
+class _Flow:
+    velocity: float  # [m/s]
+    shear_rate: float  # [1/s]
+    stress: float  # [Pa]
+    force: Optional[float]  # [N/m³]
+
+
+def new_case(
+    surface: Path,
+    folder: Optional[Path] = None,
+    *,
+    hematocrit: float = 0.3,
+    platelets: float = 0.07,
+    seed: int = 1,
+    soft: bool = False,
+    profile: Optional[str] = None,
+    unit: Optional[str] = None,
+    diameter: Optional[float] = None,
+    dx: float = 0.5,
+    drive: Optional[str] = None,
+    inlet: Optional[int] = None,
+    close: Sequence[int] = (),
+    mirror: bool = False,
+    extend: Optional[float] = None,
+    velocity: Optional[float] = None,
+    shear_rate: Optional[float] = None,
+    reynolds: Optional[float] = None,
+    time: float = 10.0,
+    ranks: Optional[int] = None,
+) -> NewCase:
+    """Makes a HemoCell case of the surface of a vessel, as the command ``packmesh new-case`` does.
+
+    surface: STL, or any file that meshio or VTK reads
+    folder: to be made; None: nothing is written
+    hematocrit, platelets, seed, soft, profile: as in pack(), of the cells at the start or, with a pre-inlet, in it
+    unit: "m", "cm", "mm" or "um", where it is not clear; diameter: instead, of the widest end [µm], to which the vessel is scaled
+    dx: lattice spacing [µm]
+    drive: "periodic" (default with two ends) or "inlet" (default otherwise)
+    inlet: number of the end where blood flows in (1, the widest); close: numbers of ends that become walls
+    mirror: adds the mirror image of a vessel with two ends, which is then periodic
+    extend: length of straight parts at the ends, in diameters (0; outlets 1)
+    velocity, shear_rate, reynolds: one of the mean velocity [mm/s], the shear rate at the wall [1/s] and the Reynolds number by mean velocity
+        and diameter, of plasma without cells at the inlet (a shear rate of 1000)
+    time: to be simulated [ms]
+    ranks: in the commands of README.md and job.sh
+
+    Raises InputError, InfeasibleError (not all cells fit), OutputError.
+    """
+    if folder is not None and os.path.lexists(folder):
+        raise OutputError(f"{os.fspath(folder)}: exists; expected the name of a folder to be made")
+    vessel = vessel_of(os.fspath(surface))
+    factor, unit_text = microns(vessel, unit, diameter)
+    drive, roles = _roles(vessel, drive, inlet, close, mirror)
+    if not 0.05 <= dx <= 5:
+        raise InputError(f"dx: expected a lattice spacing from 0.05 to 5 µm, found {dx:g}")
+    first = vessel.ends[roles.index("inlet" if drive == "inlet" else "periodic")].diameter * factor
+    flow = _flow_of(first, velocity, shear_rate, reynolds)
+    # HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline.
+    straight = (_envelope_of(flow.stress, dx) + 4) * dx / first if drive == "inlet" else 0.0
+    shape = placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
+    if drive == "periodic":
+        flow = _driven(flow, first, shape)
+    maker = _Maker(shape, drive, flow, time, ranks)
+    work = tempfile.mkdtemp(prefix=".new-case-", dir=None if folder is None else os.path.dirname(os.path.abspath(folder)))
+    try:
+        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, platelets, seed, soft, profile))
+        case = maker.result(work, folder, unit_text, vessel)
+        if folder is not None:
+            os.chmod(work, 0o755)
+            os.rename(work, folder)
+        return case
+    except OSError as failure:
+        raise OutputError(f"{failure.filename or folder}: cannot be written: {failure.strerror}") from None
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Sequence[int], mirror: bool) -> Tuple[str, List[str]]:
+    """Drive, and role of each end. Raises InputError"""
+    count = len(vessel.ends)
+    for what, numbers in (("inlet", [] if inlet is None else [inlet]), ("close", close)):
+        if any(not 1 <= number <= count for number in numbers):
+            raise InputError(f"{what}: expected numbers of ends from 1 to {count}, found {', '.join(map(str, numbers))}\n{_listed(vessel)}")
+    closed = {number - 1 for number in close}
+    holes = [number for number in holes_of(vessel) if number - 1 not in closed]
+    if holes:
+        raise InputError(f"the surface has holes that are too small for ends: {', '.join(map(str, holes))}; --close "
+                         f"{' --close '.join(map(str, holes))} closes them\n{_listed(vessel)}")
+    used = [k for k in range(count) if k not in closed]
+    if len(used) < 2:
+        raise InputError(f"the surface has {len(used)} ends, openings or flat caps with sharp edges; expected at least two. Cut the vessel by planes "
+                         f"where blood flows in and out, in a mesh editor{_listed(vessel)}")
+    drive = drive or ("periodic" if len(used) == 2 or mirror else "inlet")
+    if (drive == "periodic" or mirror) and len(used) != 2:
+        raise InputError(f"a flow that is periodic along one axis needs two ends, found {len(used)}: --drive inlet feeds one end, --close closes "
+                         f"others\n{_listed(vessel)}")
+    if drive == "inlet" and mirror:
+        raise InputError("--mirror is for a periodic flow; expected it without --drive inlet")
+    first = used[0] if inlet is None else inlet - 1
+    if first in closed:
+        raise InputError(f"end {first + 1} cannot be both the inlet and closed")
+    roles = ["closed" if k in closed else "periodic" if drive == "periodic" else "inlet" if k == first else "outlet" for k in range(count)]
+    if drive == "periodic" and first != used[0]:
+        vessel.ends[used[0]], vessel.ends[first] = vessel.ends[first], vessel.ends[used[0]]
+    return drive, roles
+
+
+def _listed(vessel: Vessel) -> str:
+    """Ends in the coordinates of the file."""
+    lines = [f"  end {k}: {'flat cap' if end.was_closed else 'opening'}, diameter {end.diameter:.4g}, center {_numbers(end.center)}, "
+             f"normal {_numbers(end.normal)}" for k, end in enumerate(vessel.ends, 1)]
+    return "\n".join(["", "Ends, in the unit of the file:", *lines] if lines else [])
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(f"{x:.4g}" if abs(x) > 5e-4 else "0" for x in values)
+
+
+def _flow_of(diameter: float, velocity: Optional[float], shear_rate: Optional[float], reynolds: Optional[float]) -> _Flow:
+    """In a tube of this diameter [µm]. Raises InputError"""
+    stated = [name for name, value in (("velocity", velocity), ("shear_rate", shear_rate), ("reynolds", reynolds)) if value is not None]
+    if len(stated) > 1:
+        raise InputError(f"{stated[0]} excludes {stated[1]}: each determines the flow")
+    if stated and not 0 < (velocity or shear_rate or reynolds or 0.0) < 1e6:
+        raise InputError(f"{stated[0]}: expected a positive number, found {velocity or shear_rate or reynolds or 0:g}")
+    width = diameter * 1e-6
+    if velocity is not None:
+        mean = velocity * 1e-3
+    elif reynolds is not None:
+        mean = reynolds * _NU / width
+    else:
+        mean = (DEFAULT_SHEAR_RATE if shear_rate is None else shear_rate) * width / 8
+    rate = 8 * mean / width
+    return _Flow(mean, rate, _NU * _RHO * rate, None)
+
+
+def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
+    """The body force along x for the same volume of plasma per time: the resistance of the vessel is that of its sections, as if each were
+    a part of a straight circular tube."""
+    x, areas, centers = shape.sections()
+    along = x[1] - x[0]
+    slope = np.linalg.norm(np.gradient(centers, along, axis=0), axis=1)
+    cosine = 1 / np.hypot(1, slope)
+    across = areas * cosine * 1e-12  # [m²]
+    resistance = (8 * np.pi * _NU * _RHO * along * 1e-6 / cosine / across**2).sum()
+    volume = flow.velocity * np.pi / 4 * (diameter * 1e-6) ** 2
+    radius = np.sqrt(across.min() / np.pi)
+    return dataclasses.replace(flow, force=float(volume * resistance / (shape.size[0] * 1e-6)),
+                               stress=float(4 * _NU * _RHO * volume / (np.pi * radius**3)))
+
+
+def _envelope_of(stress: float, dx: float) -> int:
+    """`<particleEnvelope>` for red cells (its page "From packing to a running simulation" has the measurements). stress: at the wall [Pa]"""
+    return int(np.ceil((1.5 if stress <= 2 else 2.75) * _RED_CELL / dx))
+
+
+def _packing_text(hematocrit: float, platelets: float, seed: int, soft: bool, profile: Optional[str]) -> str:
+    lines = [f"<hematocrit> {hematocrit:g} </hematocrit>", '<species name="RBC"/>', f'<species name="PLT" ratio="{platelets:g}"/>']
+    lines += ["<soft> true </soft>"] * soft + [f"<profile> {profile} </profile>"] * (profile is not None) + [f"<seed> {seed} </seed>"]
+    return "\n".join("  " + line for line in lines)
+
+
+class _Maker:
+    """Writes a case, and says what it is."""
+
+    def __init__(self, shape: PlacedVessel, drive: str, flow: _Flow, time: float, ranks: Optional[int]) -> None:
+        self._shape, self._drive, self._flow, self._time = shape, drive, flow, time
+        self._dt = _DT * (shape.dx * 1e-6) ** 2
+        self._iterations = max(1, round(time * 1e-3 / self._dt))
+        self._envelope = _envelope_of(flow.stress, shape.dx)
+        self._ends = [end for end in shape.ends if end.face]
+        self._inlet = next(end for end in self._ends if end.role in ("inlet", "periodic"))
+        self._length = max(2 * self._envelope, int(np.ceil(self._inlet.diameter / shape.dx))) if drive == "inlet" else 0
+        self._possible = ranks_of(shape.nodes, self._envelope)
+        if drive == "inlet":  # one for the pre-inlet, which is smaller
+            self._possible = [one + 1 for one in self._possible]
+        self._ranks = ranks or ([one for one in self._possible if one <= 2] or self._possible)[-1]
+        self._words: Dict[str, Any] = {}
+
+    def write(self, folder: str, surface: str, packing: str) -> None:
+        outputs = max(100, round(self._iterations / 100, -2))
+        drive = (f"<drive>\n  <bodyForce> {self._flow.force:.6g} </bodyForce>  <!-- along x [N/m³]: plasma alone flows at "
+                 f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
+                 f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
+                 f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
+        from packmesh import _packmesh
+
+        self._words = {
+            "title": f"Blood in {surface}", "version": _packmesh.version(), "command": " ".join(map(shlex.quote, ["packmesh", "new-case", *sys.argv[1:]])),
+            "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
+            "envelope": self._envelope, "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
+            "name": "case", "ranks": self._ranks, "time": f"{self._time:g}"}
+        case_folder.write_case(folder, self._shape, self._drive, self._words)
+
+    def result(self, work: str, folder: Optional[Path], unit: str, vessel: Vessel) -> NewCase:
+        """Raises InfeasibleError"""
+        from packmesh import _packmesh
+        from packmesh.case import forecast
+
+        config = os.path.join(work, "config.xml")
+        with _told_of(work, folder):
+            forecasted = forecast(case=config)
+        if forecasted.seconds is None:
+            raise InfeasibleError(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
+        narrowest = narrowest_width(_packmesh.lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
+        membranes = forecasted.counts.get("RBC", 0) * 642 + forecasted.counts.get("PLT", 0) * 66
+        nodes = int(np.prod(self._shape.nodes))
+        if self._drive == "inlet":  # the vessel fills up
+            inside = self._inlet.diameter**2 * np.pi / 4 * self._length * self._shape.dx
+            membranes = round(membranes * (1 + self._volume() / inside))
+        hours, megabytes = cost_of(nodes, membranes, self._iterations, self._ranks)
+        ends = [{"number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center), "diameter": end.diameter,
+                 "normal": tuple(end.normal)} for end in self._shape.ends]
+        case = NewCase(None if folder is None else os.fspath(folder), unit, tuple(self._shape.size), self._shape.nodes, self._shape.dx, self._dt,
+                       ends, narrowest, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
+                       self._possible, forecasted.counts, megabytes, hours, [])
+        case.text.extend(self._lines(case, vessel, forecasted))
+        case_folder.write_text(work, "README.md", self._drive, {**self._words, "found": "\n".join(f"    {line}" for line in case.text)}, "README.txt")
+        return case
+
+    def _volume(self) -> float:
+        corners = self._shape.vertices[self._shape.triangles]
+        return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6)
+
+    def _lines(self, case: NewCase, vessel: Vessel, forecasted: Any) -> List[str]:
+        shape, flow = self._shape, self._flow
+        lines = [f"Unit of the surface: {case.unit}"]
+        lines += [f"Repaired: {repair}" for repair in vessel.repairs]
+        lines.append(f"Vessel: {_numbers(shape.size)} µm, volume {self._volume():.0f} µm³, turned by {shape.turned:.1f}°, its low corner moved to the origin"
+                     + (", with its mirror image" if any("seam" in note for note in shape.notes) else ""))
+        for end, found in zip(shape.ends, vessel.ends):
+            where = f"at {end.face} ({_numbers(end.center)} µm)" + (f", oblique by {end.angle:.0f}°" if end.angle > 1 else "")
+            lines.append(f"End {end.number}: {end.role}, {'flat cap' if found.was_closed else 'opening'}, diameter {end.diameter:.2f} µm, normal "
+                         f"{_numbers(end.normal)}" + (f", {where}" if end.face else ""))
+        lines += [note[0].upper() + note[1:] for note in shape.notes]
+        lines.append(f"Lattice: {' x '.join(map(str, case.nodes))} nodes at dx {case.dx:g} µm, time step {case.dt:.3g} s")
+        lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / _RED_CELL:.1f} red cells wide")
+        lines.append(f"Flow: mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at the wall {flow.shear_rate:.4g} 1/s, Reynolds number "
+                     f"{flow.velocity * self._inlet.diameter * 1e-6 / _NU:.3g}, for plasma alone at end {self._inlet.number}")
+        if flow.force is not None:
+            lines.append(f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa")
+        else:
+            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others")
+        lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
+                     + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
+        lines += [line for line in forecasted.text if line.startswith("RBC can be in")]
+        lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} ranks")
+        lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
+                     f"on {self._ranks} ranks")
+        return lines
+
+
+@contextlib.contextmanager
+def _told_of(work: str, folder: Optional[Path]) -> Iterator[None]:
+    """Warnings name files where they will be; that of the envelope, which was chosen by the stress, is left out."""
+    def named(record: logging.LogRecord) -> bool:
+        record.msg, record.args = record.getMessage().replace(work + os.sep, "" if folder is None else os.path.join(folder, "")), ()
+        return "<particleEnvelope>" not in record.msg
+
+    log = logging.getLogger("packmesh")
+    log.addFilter(named)
+    try:
+        yield
+    finally:
+        log.removeFilter(named)
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """1 to 4, 6, 8"""
+    parts: List[List[int]] = []
+    for number in numbers:
+        if parts and number == parts[-1][-1] + 1:
+            parts[-1].append(number)
+        else:
+            parts.append([number])
+    return ", ".join(f"{part[0]} to {part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts)
+
+
+def parsed() -> argparse.Namespace:
+    parser = command.Parser(__doc__)
+    parser.add_argument("surface", help="STL, or a file that meshio or VTK reads")
+    parser.add_argument("folder", nargs="?", help="to be made; default: the name of the surface without its ending")
+    parser.add_argument("--dry-run", action="store_true", help="print what is found and chosen; write nothing")
+    parser.add_argument("--unit", choices=list(UNITS), help="of the surface, where it is not clear")
+    parser.add_argument("--diameter", type=command.number(0.1, 1e5, "a length [µm]"), help="of its widest end, to which it is scaled [µm]")
+    parser.add_argument("--dx", type=command.number(0.05, 5, "a length [µm]"), default=0.5, help="lattice spacing [µm] (0.5)")
+    parser.add_argument("--drive", choices=["periodic", "inlet"], help="default: periodic with two ends, inlet with more")
+    parser.add_argument("--inlet", type=command.whole(1, 10**6, "a number of an end"), metavar="end", help="where blood flows in (1, the widest)")
+    parser.add_argument("--close", type=command.whole(1, 10**6, "a number of an end"), metavar="end", action="append", default=[], help="becomes a wall")
+    parser.add_argument("--mirror", action="store_true", help="add the mirror image of a vessel with two ends, which makes it periodic")
+    parser.add_argument("--extend", type=command.number(0, 100, "a length in diameters"), metavar="diameters", help="straight parts at the ends (0; outlets 1)")
+    flow = parser.add_mutually_exclusive_group()
+    flow.add_argument("--velocity", type=command.number(1e-6, 1e6, "a velocity [mm/s]"), metavar="mm/s", help="mean velocity of plasma at the inlet")
+    flow.add_argument("--shear-rate", type=command.number(1e-6, 1e7, "a shear rate [1/s]"), metavar="1/s", help=f"at the wall there ({DEFAULT_SHEAR_RATE:g})")
+    flow.add_argument("--reynolds", type=command.number(1e-9, 1e4, "a Reynolds number"), metavar="Re", help="by mean velocity and diameter there")
+    parser.add_argument("--time", type=command.number(1e-6, 1e6, "a time [ms]"), default=10.0, metavar="ms", help="to be simulated (10)")
+    parser.add_argument("--ranks", type=command.whole(1, 10**6, "a number of ranks"), help="in the commands of README.md and job.sh")
+    parser.add_argument("--hematocrit", type=command.number(0, 1, "a hematocrit"), default=0.3, help="of the vessel, or of the pre-inlet (0.3)")
+    parser.add_argument("--platelets", type=command.number(0, 1e3, "a ratio"), default=0.07, help="per red cell (0.07)")
+    parser.add_argument("--seed", type=command.whole(0, 2**63, "a seed"), default=1, help="of the packing (1)")
+    parser.add_argument("--soft", action="store_true", help="cells deform where undeformed ones do not fit")
+    parser.add_argument("--profile", help="developed, or a table, as for packMesh")
+    return parser.parse_args()
+
+
+def main() -> None:
+    words = vars(parsed())
+    dry = words.pop("dry_run")
+    folder = words.pop("folder") or os.path.splitext(os.path.basename(words["surface"]))[0]
+    case = new_case(folder=None if dry else folder, **words)
+    for line in case.text:
+        files.say(line)
+    files.say("A dry run: nothing was written" if dry else f"Wrote {folder}: its README.md states how to build and run it")

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""What a simulation in a vessel will need and meet: blocks of ranks, time and memory, the narrowest place on the way of the cells."""
+from __future__ import annotations
+
+from typing import Any, List, Sequence, Tuple
+
+import numpy as np
+
+#: CPU time of an iteration of HemoCell 2.7, measured in a tube of 20 µm (the page "Measurements with HemoCell", Cases by new-case): [s] for each
+#: node of the lattice, walls included, and for each vertex of a membrane.
+SECONDS_PER_NODE, SECONDS_PER_VERTEX = 1.5e-7, 6e-7
+#: Memory, measured there [bytes].
+BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 900.0
+
+MOST_RANKS = 4096
+_SAMPLES = 60_000  # nodes of the grid for the narrowest place
+
+
+def repartition(nodes: Sequence[int], ranks: int) -> Tuple[int, int, int]:
+    """Numbers of blocks along x, y, z, as Palabos divides a lattice (createRegularDistribution3D): its largest factor goes to the longest
+    axis; of axes of the same length the last one counts as longer."""
+    factors, rest, factor = [], ranks, 2
+    while rest > 1:
+        while rest % factor == 0:
+            factors.append(factor)
+            rest //= factor
+        factor += 1
+    parts = [1, 1, 1]
+    for k, prime in enumerate(reversed(factors)):
+        parts[k % 3] *= prime
+    order = sorted(range(3), key=lambda axis: (-nodes[axis], -axis))
+    blocks = [0, 0, 0]
+    for part, axis in zip(parts, order):
+        blocks[axis] = part
+    return blocks[0], blocks[1], blocks[2]
+
+
+def ranks_of(nodes: Sequence[int], envelope: int) -> List[int]:
+    """Numbers of ranks with which no block is smaller than the envelope."""
+    def fits(ranks: int) -> bool:
+        return all(count == 1 or size // count >= envelope for size, count in zip(nodes, repartition(nodes, ranks)))
+
+    most = int(np.prod([max(1, size // envelope) for size in nodes]))
+    return [ranks for ranks in range(1, min(most, MOST_RANKS) + 1) if fits(ranks)]
+
+
+def cost_of(nodes: int, vertices: int, iterations: float, ranks: int) -> Tuple[float, float]:
+    """Of a simulation: core-hours, and memory of all ranks [MB]."""
+    hours = iterations * (nodes * SECONDS_PER_NODE + vertices * SECONDS_PER_VERTEX) / 3600
+    return hours, (ranks * BYTES_PER_RANK + nodes * BYTES_PER_NODE) / 1e6
+
+
+def narrowest_width(lumen: Any, size: np.ndarray, ends: Sequence[Tuple[np.ndarray, float]]) -> float:
+    """Diameter of the largest ball that passes from one end to each of the others [µm]: the narrowest place on the widest ways.
+
+    lumen: of the C++ module; size: of the box around it [µm]; ends: centers and diameters [µm]
+    """
+    low = np.array(lumen.bounds[0])
+    spacing = (lumen.volume / _SAMPLES) ** (1 / 3)
+    counts = np.maximum(np.ceil(size / spacing).astype(int), 1)
+    grid = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, size)), indexing="ij"), axis=-1).reshape(-1, 3)
+    depth = np.concatenate([lumen.distances(part + low) for part in np.array_split(grid, max(1, len(grid) // 100_000))])
+    strides = np.array([counts[1] * counts[2], counts[2], 1])
+
+    def near(center: np.ndarray, diameter: float) -> int:
+        """The deepest node by an end, where a flat cap is not nearer than the wall."""
+        close = np.flatnonzero(np.linalg.norm(grid - center, axis=1) < 0.75 * diameter + spacing)
+        return int(close[np.argmax(depth[close])])
+
+    nodes = [near(*end) for end in ends]
+    inside = np.flatnonzero(depth > 0)
+    parent = {}
+
+    def root(node: int) -> int:
+        while parent[node] != node:
+            parent[node] = node = parent[parent[node]]
+        return node
+
+    place = np.array(np.unravel_index(inside, counts)).T
+    neighbours = [[node + side * int(strides[axis]) for axis in range(3) for side in (-1, 1) if 0 <= at[axis] + side < counts[axis]]
+                  for node, at in zip(inside.tolist(), place.tolist())]
+    for k in np.argsort(-depth[inside], kind="stable").tolist():  # the deepest first, until all ends are connected
+        node = int(inside[k])
+        parent[node] = node
+        for other in neighbours[k]:
+            if other in parent:
+                parent[root(other)] = root(node)
+        if all(end in parent for end in nodes) and len({root(end) for end in nodes}) == 1:
+            return 2 * float(_refined(lumen, grid[node] + low, spacing))
+    return 0.0
+
+
+def _refined(lumen: Any, point: np.ndarray, spacing: float) -> float:
+    """The largest depth around a node of the grid, which need not lie on the axis."""
+    steps = np.linspace(-0.6, 0.6, 9) * spacing
+    around = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    return float(lumen.distances(point + around).max())

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""New cases of HemoCell: surfaces in any unit, place and direction, their ends, the lattice, the flow, and what is refused."""
+import xml.etree.ElementTree
+
+import numpy as np
+import packmesh
+import pytest
+from conftest import write_off
+from forked_commands import output_of
+from packmesh import case_folder, vessel_lattice, vessel_plan, vessel_surface
+from write_run import sphere
+
+TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
+    [[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])
+
+
+def swept(path, radius, caps=(True, True), around=32):
+    """A tube along points of a path, whose rings are across it: vertices and triangles."""
+    path = np.array(path, float)
+    along = np.gradient(path, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)[:, None]
+    side = np.cross(along, [0, 0, 1.0])
+    rings = [p + radius * (np.cos(angle) * s + np.sin(angle) * [0, 0, 1.0]) for p, s in zip(path, side)]
+    triangles = []
+    for ring in range(len(path) - 1):
+        for i in range(around):
+            a, b = around * ring + i, around * ring + (i + 1) % around
+            triangles += [(a, b, a + around), (b, b + around, a + around)]
+    last = around * (len(path) - 1)
+    for end, (first, step) in zip(caps, ((0, -1), (last, 1))):
+        if end:
+            triangles += [(first, first + i, first + i + 1)[::step] for i in range(1, around - 1)]
+    return np.concatenate(rings), np.array(triangles)[:, ::-1]
+
+
+def straight(length=60.0, pieces=21):
+    return np.column_stack([np.linspace(0, length, pieces), np.zeros(pieces), np.zeros(pieces)])
+
+
+def quarter(radius=30.0):
+    angle = np.linspace(0, np.pi / 2, 25)
+    return np.column_stack([radius * np.sin(angle), radius * (1 - np.cos(angle)), np.zeros(25)])
+
+
+def hooked():
+    """A quarter of a circle and a straight part."""
+    return np.concatenate([quarter(), [(30, 30 + y, 0) for y in np.arange(2.0, 21.0, 2.0)]])
+
+
+def write_stl(file, vertices, triangles):
+    table = np.zeros(len(triangles), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")]))
+    table["corners"] = vertices[triangles]
+    file.write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + table.tobytes())
+    return file
+
+
+@pytest.fixture(scope="module")
+def bifurcation(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bifurcation")
+    output_of(["make-vessel", "bifurcation", "vessel.stl", "--radius", "10", "--length", "80", "--spacing", "2.5"], folder)
+    return folder / "vessel.stl"
+
+
+def volume_of(vertices, triangles):
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+def require_closed(shape):
+    """Each edge is that of two triangles, once in each direction."""
+    edges = {tuple(edge) for edge in shape.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()}
+    assert len(edges) == 3 * len(shape.triangles) and all((b, a) in edges for a, b in edges)
+
+
+def tag(folder, name):
+    return float(xml.etree.ElementTree.parse(folder / "config.xml").getroot().findtext(name))
+
+
+def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
+    vertices, triangles = swept(straight(), 10.0)
+    write_stl(tmp_path / "tube.stl", 1e-3 * vertices @ TURN.T + [1000.0, 0, 0], triangles[:, ::-1])
+    text = output_of(["new-case", "tube.stl", "--hematocrit", "0.2", "--velocity", "2"], tmp_path)
+    assert "Unit of the surface: mm, as its widest end" in text and "Repaired: its triangles faced inwards" in text
+    assert "Narrowest place between ends: 19." in text and "Wrote tube: " in text
+    folder = tmp_path / "tube"
+    assert sorted(path.name for path in folder.iterdir()) == ["CMakeLists.txt", "PLT.xml", "RBC.xml", "README.md", "case.cpp", "config.xml", "job.sh",
+                                                              "vessel.png", "vessel.stl"]
+    vessel = vessel_surface.vessel_of(str(folder / "vessel.stl"))
+    assert np.abs(vessel.vertices.min(axis=0)).max() < 1e-6 and len(vessel.ends) == 2
+    np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0], [1, 0, 0]], atol=1e-6)
+    size = vessel.vertices.max(axis=0)
+    assert 60 < size[0] < 61.1 and size[0] / 0.5 == tag(folder, "domain/refDirN") and np.all(np.abs(size[1:] - 20) < 0.2)
+    # Poiseuille: a tube of 32 sides of the same area.
+    area = 0.5 * 32 * np.sin(2 * np.pi / 32) * 10**2 * 1e-12
+    assert tag(folder, "drive/bodyForce") == pytest.approx(8 * np.pi * 1.1e-6 * 1025 * 2e-3 / area, rel=0.01)
+    forecast = packmesh.Case(folder / "config.xml").forecast()
+    assert forecast.counts["RBC"] == round(0.2 * forecast.lumen_volume / 81.1163)
+    assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
+    assert "PreInlet" not in (folder / "case.cpp").read_text()
+
+
+@pytest.mark.parametrize("caps", [(True, True), (False, True), (False, False)])
+def test_ends_are_openings_or_flat_caps(caps, tmp_path):
+    write_off(tmp_path / "tube.off", *swept(quarter(), 6.0, caps))
+    vessel = vessel_surface.vessel_of(str(tmp_path / "tube.off"))
+    assert sorted(end.was_closed for end in vessel.ends) == sorted(caps)
+    ends = {tuple(np.rint(end.center).astype(int)): end for end in vessel.ends}
+    assert set(ends) == {(0, 0, 0), (30, 30, 0)}
+    for center, normal in (((0, 0, 0), (-1, 0, 0)), ((30, 30, 0), (0, 1, 0))):
+        np.testing.assert_allclose(ends[center].normal, normal, atol=0.04)
+        assert ends[center].diameter == pytest.approx(12, rel=0.01)
+    assert len(vessel.wall) == 2 * 32 * 24
+
+
+def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
+    write_off(tmp_path / "bend.off", *swept(hooked(), 6.0, (False, False)))
+    with pytest.raises(packmesh.InputError, match="outlines of the two ends differ by .*--mirror adds"):
+        packmesh.new_case(tmp_path / "bend.off", unit="um")
+    vessel = vessel_surface.vessel_of(str(tmp_path / "bend.off"))
+    shape = vessel_lattice.placed(vessel, 1.0, 0.5, ["periodic", "periodic"], (0, 0), mirror=True)
+    require_closed(shape)
+    x, areas, centers = shape.sections(50)
+    np.testing.assert_allclose(areas, areas[::-1], rtol=1e-9)
+    np.testing.assert_allclose(centers, centers[::-1], atol=1e-9)
+    assert areas.mean() * shape.size[0] == pytest.approx(volume_of(shape.vertices, shape.triangles), rel=1e-3)
+    np.testing.assert_allclose(shape.ends[0].center[1:], shape.ends[1].center[1:], atol=1e-9)
+    assert shape.ends[1].center[0] == shape.size[0] == (shape.nodes[0] - 3) * 0.5
+    case = packmesh.new_case(tmp_path / "bend.off", unit="um", mirror=True, hematocrit=0.2)
+    assert 10.5 < case.narrowest < 12.2 and case.counts["RBC"] > 10 and case.folder is None
+    assert [path.name for path in tmp_path.iterdir()] == ["bend.off"]
+
+
+def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
+    case = packmesh.new_case(bifurcation, tmp_path / "case", reynolds=0.05, time=2)
+    assert [end["role"] for end in case.ends] == ["inlet", "outlet", "outlet"] and [end["face"] for end in case.ends] == ["x-", "x+", "x+"]
+    assert case.unit.startswith("µm") and case.body_force is None and 2 in case.ranks and 1 not in case.ranks
+    assert tag(tmp_path / "case", "preInlet/parameters/Re") == pytest.approx(0.1) and tag(tmp_path / "case", "sim/tmax") == 20000
+    code = (tmp_path / "case/case.cpp").read_text()
+    assert code.count("openOutlet(hemocell, *fluid, Box3D(") == 2 and "Direction::Xneg" in code and "bodyForce" not in code
+    nodes = np.array(case.nodes)
+    assert f"Box3D({nodes[0] - 2}, {nodes[0] - 2}, " in code
+    # The cells of the pre-inlet reach as many planes into the vessel as the envelope has: they have its outline.
+    vessel = vessel_surface.vessel_of(str(tmp_path / "case/vessel.stl"))
+    shape = vessel_lattice.PlacedVessel(*whole(tmp_path / "case/vessel.stl"), [], 0.5, case.nodes, 0.0, [])
+    x, areas, _ = shape.sections()
+    np.testing.assert_allclose(areas[x < 0.5 * case.particle_envelope + 1], vessel.ends[0].diameter**2 * np.pi / 4, rtol=1e-3)
+    assert packmesh.Case(tmp_path / "case/config.xml").forecast().counts == case.counts
+
+
+def whole(file):
+    """Vertices and triangles, caps included."""
+    points, triangles = vessel_surface._stl(str(file))
+    return vessel_surface._merged(points, triangles)
+
+
+def test_outlets_across_other_axes(tmp_path):
+    write_off(tmp_path / "bend.off", *swept(quarter(), 6.0, (False, False)))
+    vessel = vessel_surface.vessel_of(str(tmp_path / "bend.off"))
+    for inlet in (0, 1):
+        roles = ["outlet", "outlet"]
+        roles[inlet] = "inlet"
+        shape = vessel_lattice.placed(vessel, 1.0, 0.5, roles, (1.0, 2.0))
+        require_closed(shape)
+        (outlet,) = (end for end in shape.ends if end.role == "outlet")
+        (feed,) = (end for end in shape.ends if end.role == "inlet")
+        assert feed.face == "x-" and feed.center[0] == 0 and outlet.face[0] in "yz" and outlet.angle < 5
+        axis = "xyz".index(outlet.face[0])
+        extent = shape.size[axis]
+        if outlet.face[1] == "+":  # on a plane of nodes, as the low corner is
+            assert extent / 0.5 == pytest.approx(round(extent / 0.5), abs=1e-9)
+        assert outlet.center[axis] == pytest.approx(extent if outlet.face[1] == "+" else 0, abs=1e-9)
+        plane = shape.nodes[axis] - 2 if outlet.face[1] == "+" else 1
+        text = case_folder.outlet_code(shape, outlet)
+        box = [int(word) for word in text.split("Box3D(")[1].split(")")[0].split(",")]
+        assert box[2 * axis] == box[2 * axis + 1] == plane and f"'{outlet.face[0]}', {1 if outlet.face[1] == '+' else -1})" in text
+        for other in {0, 1, 2} - {axis}:
+            assert box[2 * other] <= outlet.low[other] / 0.5 + 1 and box[2 * other + 1] >= outlet.high[other] / 0.5 + 1
+
+
+def test_closed_ends_become_walls(bifurcation):
+    case = packmesh.new_case(bifurcation, close=[3], mirror=False, drive="inlet")
+    assert [end["role"] for end in case.ends] == ["inlet", "outlet", "closed"]
+    vessel = vessel_surface.vessel_of(str(bifurcation))
+    require_closed(vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "closed"], (0, 1)))
+    require_closed(vessel_lattice.placed(vessel, 1.0, 0.5, ["periodic", "periodic", "closed"], (0, 0), mirror=True))
+
+
+def test_the_flow_is_stated_in_three_ways(tmp_path):
+    write_off(tmp_path / "tube.off", *swept(straight(), 10.0))
+    one = packmesh.new_case(tmp_path / "tube.off", velocity=2.0, hematocrit=0.1)
+    for flow in ({"shear_rate": one.shear_rate}, {"reynolds": one.velocity * one.ends[0]["diameter"] * 1e-6 / 1.1e-6}):
+        assert packmesh.new_case(tmp_path / "tube.off", hematocrit=0.1, **flow).body_force == pytest.approx(one.body_force)
+    assert one.stress == pytest.approx(1.1e-6 * 1025 * one.shear_rate, rel=0.01) and one.particle_envelope == 24
+    fast = packmesh.new_case(tmp_path / "tube.off", shear_rate=4000, hematocrit=0.1)
+    assert fast.particle_envelope == 44 and fast.stress > 2
+
+
+def test_the_narrowest_place_is_that_of_the_widest_way(tmp_path):
+    output_of(["make-vessel", "stenosis", "vessel.stl", "--radius", "10", "--length", "60"], tmp_path)
+    case = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1)
+    assert case.narrowest == pytest.approx(10, abs=0.6)
+    assert case.stress == pytest.approx(8 * 1.1e-6 * 1025 * case.shear_rate / 8 * 8, rel=0.1)  # half the width, 8 times the shear rate
+
+
+def test_palabos_divides_the_lattice_so():
+    assert vessel_plan.repartition((103, 53, 53), 1) == (1, 1, 1)
+    assert vessel_plan.repartition((103, 53, 52), 12) == (3, 2, 2)
+    assert vessel_plan.repartition((103, 53, 54), 6) == (3, 1, 2)
+    assert vessel_plan.repartition((40, 40, 90), 30) == (2, 3, 5)
+    assert vessel_plan.ranks_of((103, 53, 53), 25) == [1, 2, 3, 4, 6, 8, 12, 16]
+
+
+def test_the_picture_shows_the_ends(bifurcation):
+    vessel = vessel_surface.vessel_of(str(bifurcation))
+    shape = vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "outlet"], (1, 1))
+    assert case_folder.picture_of(shape).startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("words, code, message", [
+    ("tube.stl --unit um --drive inlet --inlet 3", 2, "inlet: expected numbers of ends from 1 to 2, found 3"),
+    ("small.stl", 2, "the unit of the surface is not clear: its widest end is 1.99"),
+    ("tube.stl --unit um --velocity 1 --shear-rate 2", 1, "not allowed with"),
+    ("tube.stl --unit um --drive inlet --mirror", 2, "--mirror is for a periodic flow"),
+    ("tube.stl --unit um --close 1", 2, "has 1 ends"),
+    ("ball.stl", 2, "has 0 ends"),
+    ("holed.stl --unit um", 2, "holes that are too small for ends: 3; --close 3 closes them"),
+    ("two.stl", 2, "has 2 separate parts"),
+    ("cut.stl", 2, "is no complete STL file"),
+    ("uturn.stl --unit um --mirror", 2, "both ends face the same way"),
+    ("uturn.stl --unit um --drive inlet", 2, "end 2 faces backwards"),
+    ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"),
+    ("tube.stl taken --unit um", 5, "taken: exists"),
+    ("tube.stl --unit um --hematocrit 0.9", 3, "no packing of such cells"),
+    ("none.stl", 2, "none.stl: there is no such file")])
+def test_what_is_refused(words, code, message, bifurcation, tmp_path):
+    vertices, triangles = swept(straight(), 10.0)
+    write_stl(tmp_path / "tube.stl", vertices, triangles)
+    write_stl(tmp_path / "small.stl", 0.1 * vertices, triangles)
+    write_stl(tmp_path / "holed.stl", vertices, np.delete(triangles, 700, axis=0))
+    write_stl(tmp_path / "two.stl", np.concatenate([vertices, vertices + 100]), np.concatenate([triangles, triangles + len(vertices)]))
+    (tmp_path / "cut.stl").write_bytes((tmp_path / "tube.stl").read_bytes()[:-20])
+    half = np.linspace(0, np.pi, 49)
+    write_stl(tmp_path / "uturn.stl", *swept(np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1], 6.0))
+    ball, faces = sphere(3)
+    write_stl(tmp_path / "ball.stl", 20 * ball, faces)
+    (tmp_path / "bifurcation.stl").symlink_to(bifurcation)
+    (tmp_path / "taken").mkdir()
+    before = sorted(path.name for path in tmp_path.iterdir())
+    assert message in output_of(["new-case", *words.split()], tmp_path, code)
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
