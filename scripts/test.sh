@@ -41,6 +41,7 @@ export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0
-ctest --preset "$preset" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" | tee "$log" || status=$?
+# One more than there are cores, as some tests wait for ranks to end.
+ctest --preset "$preset" --parallel "$((${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} + 1))" | tee "$log" || status=$?
 grep -E '^[0-9]+% tests passed' "$log" || echo "(packMesh) (Error) The tests did not run to completion."
 exit "$status"

@@ -191,7 +191,7 @@ RunEnd packOnce(const CompletedRequest& completed, const OutputRequest& output, 
   for (const std::string& line : headLines(*problem)) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", session.timer().cpu()));
   if (!request.dryRun) {
-    for (const std::string& line : reachLines(*problem)) log::info(line);
+    for (const std::string& line : reachLines(*problem, session.sampleOf(problem))) log::info(line);
     return packAndWrite(session, problem, output);
   }
   return {tellForecast(*problem), {}};

@@ -159,9 +159,12 @@ void scanSource(const std::string& text, const std::string& file, CaseSource& so
   for (const Call& call : callsOf("setSystemPeriodicityLimit", 2, code, file))
     source.periodicity.push_back({literalNumber(call.arguments[0]), literalNumber(call.arguments[1])});
   for (const Call& call : callsOf("setSystemPeriodicity", 2, code, file))
-    if (const auto axis = literalNumber(call.arguments[0]);
-        axis && call.arguments[1] == "true" && (*axis == 0.0 || *axis == 1.0 || *axis == 2.0))
-      source.periodicAxes.push_back({call.where, call.text, int(*axis)});
+    if (call.arguments[1] != "false") {
+      const auto axis = literalNumber(call.arguments[0]);
+      const bool known = axis && (*axis == 0.0 || *axis == 1.0 || *axis == 2.0);
+      source.periodicAxes.push_back(
+          {call.where, call.text, known ? std::optional(int(*axis)) : std::nullopt});
+    }
   for (const Call& call : callsOf("defineDynamics", 0, code, file, false))  // (lattice, box, dynamics)
     if (call.arguments.size() > 2 && call.arguments[2].find("BounceBack") != std::string::npos)
       source.walls.push_back({call.where, call.text});

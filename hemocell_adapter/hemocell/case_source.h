@@ -36,10 +36,10 @@ struct WallCall {
   std::string where, text;
 };
 
-/// Call of hemocell.setSystemPeriodicity(1, true) with literals.
+/// Call of hemocell.setSystemPeriodicity(1, true), unless it says false.
 struct PeriodicAxis {
   std::string where, text;
-  int axis = 0;
+  std::optional<int> axis;  ///< empty: not a literal
 };
 
 struct CaseSource {

@@ -245,14 +245,23 @@ std::vector<std::string> unreadWalls(const Request& request, const Case* simulat
         call.where, call.text, others > 0 ? fmt::format(" (and {} more)", others) : "", lumen, instead));
   }
   for (const PeriodicAxis& call : simulation->source.periodicAxes) {
+    if (!call.axis) {
+      warnings.push_back(fmt::format(
+          "{}: {}: which axis this is cannot be determined from the code. The lumen is assumed to "
+          "be {}, and its ends as stated by " +
+              named("ends") + " and " + named("walls") + "{}",
+          call.where, call.text, lumen, instead));
+      continue;
+    }
+    const char name = "xyz"[*call.axis];
     const bool assumedClosed = simulation->domain.geometry
-                                   ? call.axis != 0
-                                   : request.walls.value_or("").find("xyz"[call.axis]) != std::string::npos;
+                                   ? *call.axis != 0
+                                   : request.walls.value_or("").find(name) != std::string::npos;
     if (assumedClosed)
       warnings.push_back(
           fmt::format("{0}: {1}: the lumen is assumed to be {2}, which ends along {3}, and not "
                       "to be periodic along {3}{4}",
-                      call.where, call.text, lumen, "xyz"[call.axis], instead));
+                      call.where, call.text, lumen, name, instead));
   }
   return warnings;
 }

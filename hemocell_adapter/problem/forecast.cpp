@@ -212,10 +212,9 @@ std::string roomText(const Problem& problem, const Forecast& forecast, LumenSamp
   return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast, sample), ". "));
 }
 
-std::vector<std::string> reachLines(const Problem& problem) {
+std::vector<std::string> reachLines(const Problem& problem, LumenSample& sample) {
   const Wall* const wall = problem.lumen.container->wall();
   if (!wall || wall->closedForm()) return {};
-  LumenSample sample(problem);
   const Forecast forecast = forecastOf(problem, sample);
   std::vector<std::string> lines = speciesLines(problem, sample, true);
   lines.push_back(verdict(problem, forecast, impossible(problem, forecast, sample)));

@@ -42,7 +42,7 @@ std::string roomText(const Problem& problem, const Forecast& forecast, LumenSamp
 
 /// What the first lines of a run say of a vessel or of fluid nodes: how much of it red cells can reach, and
 /// whether that is enough. Nothing for shapes in closed form.
-std::vector<std::string> reachLines(const Problem& problem);
+std::vector<std::string> reachLines(const Problem& problem, LumenSample& sample);
 
 /// What `--dry-run` prints.
 struct ForecastText {

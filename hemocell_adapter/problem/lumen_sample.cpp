@@ -65,14 +65,15 @@ class Nearness {
 
 }  // namespace
 
-LumenSample::LumenSample(const Problem& problem)
-    : problem_(problem), wall_(problem.lumen.container->wall()), volume_(problem.lumen.container->volume()) {
+void LumenSample::draw() {
+  const Container& container = *problem_.lumen.container;
+  wall_ = container.wall();
+  volume_ = container.volume();
   if (!wall_) return;
-  const Container& container = *problem.lumen.container;
   if (wall_->closedForm())
     drawFromBounds(container.bounds());
   else
-    drawFrom(AccessibleSpace(container, problem.team));
+    drawFrom(AccessibleSpace(container, problem_.team));
 }
 
 void LumenSample::drawFromBounds(const Box& bounds) {
@@ -98,6 +99,7 @@ void LumenSample::drawFrom(const AccessibleSpace& lumen) {
 }
 
 const Room& LumenSample::room(int species) {
+  if (volume_ == 0.0) draw();
   const auto [found, isNew] = rooms_.try_emplace(species);
   if (isNew) found->second = measured(species);
   return found->second;

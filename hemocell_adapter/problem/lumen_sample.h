@@ -28,22 +28,24 @@ struct Room {
   std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
 };
 
-/// References the problem, which must outlive it.
+/// Made when a room is first asked for, since most packings need none, and each room once. References the
+/// problem, which must outlive it.
 class LumenSample {
  public:
-  explicit LumenSample(const Problem& problem);
+  explicit LumenSample(const Problem& problem) : problem_(problem) {}
 
   /// With the demanded clearances. Only for species of which there are cells.
   const Room& room(int species);
 
  private:
+  void draw();
   Room measured(int species) const;
   void drawFromBounds(const Box& bounds);
   void drawFrom(const AccessibleSpace& lumen);
 
   const Problem& problem_;
-  const Wall* wall_;
-  double volume_;  ///< where cells can be [µm³]
+  const Wall* wall_ = nullptr;
+  double volume_ = 0.0;  ///< where cells can be [µm³]; 0: not drawn yet
   std::vector<Vec3> inside_;
   std::vector<double> distances_;  ///< of them to wall_ [µm]
   std::map<int, Room> rooms_;

@@ -91,8 +91,13 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 
 }  // namespace
 
-Attempts::Attempts(const Problem& problem, const OutputRequest& output, const Hooks& hooks)
-    : problem_(problem), output_(output), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {}
+Attempts::Attempts(const Problem& problem, const OutputRequest& output, LumenSample& sample,
+                   const Hooks& hooks)
+    : problem_(problem),
+      output_(output),
+      progress_(problem, sample),
+      hooks_(hooks),
+      last_(problem.atDemanded) {}
 
 const PackedParts& Attempts::partsWith(const Clearances& clearances) {
   const auto have = [&](const PackedParts& parts) {

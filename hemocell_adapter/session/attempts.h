@@ -24,7 +24,8 @@ struct Hooks {
 /// References its arguments. All ranks call everything together.
 class Attempts {
  public:
-  Attempts(const Problem& problem, const OutputRequest& output, const Hooks& hooks = {});
+  /// @param sample of the lumen, for estimates of the time that is left
+  Attempts(const Problem& problem, const OutputRequest& output, LumenSample& sample, const Hooks& hooks = {});
 
   /// The first attempt continues from the state of `restart`.
   /// @return nothing if the clearances are impossible and fewer cells are not requested

@@ -22,7 +22,8 @@ double pauseNow() {
 
 }  // namespace
 
-ProgressLog::ProgressLog(const Problem& problem) : problem_(problem), hematocrit_(0.0) {
+ProgressLog::ProgressLog(const Problem& problem, LumenSample& sample)
+    : problem_(problem), sample_(sample), hematocrit_(0.0) {
   for (const CellSpecies& species : problem.species)
     if (species.redCell) hematocrit_ += double(species.count) * species.meanVolume;
   hematocrit_ /= problem.referenceVolume();
@@ -51,7 +52,7 @@ void ProgressLog::operator()(const Progress& progress) {
 
 std::optional<double> ProgressLog::expectedSeconds() {
   if (problem_.request.method != Method::relaxation || problem_.request.soft) return {};
-  if (!forecast_) forecast_ = forecastOf(problem_);
+  if (!forecast_) forecast_ = forecastOf(problem_, sample_);
   if (!forecast_->seconds) return {};
   return *forecast_->seconds / (problem_.ranks.size() * problem_.team.count());
 }

@@ -12,10 +12,10 @@ namespace packmesh::hemocell {
 
 /// On a terminal a line that is updated in place, otherwise (in files, under Slurm) a plain line at
 /// intervals: stage, hematocrit of the cells at their current size, remaining overlap, elapsed time, and
-/// remaining time if there is a forecast. References the problem.
+/// remaining time if there is a forecast. References the problem and a sample of its lumen.
 class ProgressLog {
  public:
-  explicit ProgressLog(const Problem& problem);
+  ProgressLog(const Problem& problem, LumenSample& sample);
 
   void operator()(const Progress& progress);
 
@@ -31,6 +31,7 @@ class ProgressLog {
   std::optional<double> expectedSeconds();
 
   const Problem& problem_;
+  LumenSample& sample_;
   double hematocrit_;  ///< of all cells at full size
   std::optional<Forecast> forecast_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();

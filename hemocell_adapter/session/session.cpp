@@ -48,13 +48,12 @@ std::string fixedText(const Packing& packing) {
 }
 
 /// Why there is nothing to hand out if not all cells could be packed.
-std::string failureText(const Packing& packing, const Delivery& delivery) {
+std::string failureText(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
   const Problem& problem = *packing.problem;
   const PackingResult& result = packing.result;
   const bool begun = result.statistics.effort() > 0;
   if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request.maxSeconds, delivery);
-  LumenSample sample(problem);
   const Forecast forecast = forecastOf(problem, sample);
   return reachedText(packing) + fixedText(packing) +
          (result.cellCount == 0
@@ -82,10 +81,10 @@ Packing countCells(std::shared_ptr<const Problem> problem, const OutputRequest& 
 }
 
 /// @throws AgreedFailure unless all cells are packed, or those that are suffice
-void requireEnough(const Packing& packing, const Delivery& delivery) {
+void requireEnough(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
   if (packing.result.outcome != Outcome::outOfReach) return;
   if (!packing.problem->request.bestEffort || packing.result.cellCount == 0)
-    throw AgreedFailure({ExitCode::outOfReach, failureText(packing, delivery)});
+    throw AgreedFailure({ExitCode::outOfReach, failureText(packing, delivery, sample)});
   log::warning(fmt::format("{}; {} ({})", reachedText(packing), delivery.fewer, named("best-effort")));
 }
 
@@ -165,8 +164,8 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 }
 
 Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
-                                      const OutputRequest& output) const {
-  ProgressLog progressLog(*problem);
+                                      const OutputRequest& output) {
+  ProgressLog progressLog(*problem, sampleOf(problem));
   Softened soft = softened(
       *problem, hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
       [&] { return ranks_.max(timer_.wall()); });
@@ -183,18 +182,20 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
   return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure : ""};
 }
 
-std::optional<Attempts::Found> Session::undeformed(const Problem& requested, OutputRequest output) {
+std::optional<Attempts::Found> Session::undeformed(const std::shared_ptr<const Problem>& requested,
+                                                   OutputRequest output) {
   constexpr std::int64_t mostSweeps = 10000;
   constexpr double shareOfTime = 0.5;
-  if (forecastOf(requested).effectiveFraction > Forecast::possible) return {};
-  Problem rigid = requested;
+  LumenSample& sample = sampleOf(requested);
+  if (forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
+  Problem rigid = *requested;
   Request& request = rigid.request;
   request.soft = false;
   request.maxSeconds *= shareOfTime;
   request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
   request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
   output.checkpointEvery = 0.0;
-  Attempts attempts(rigid, output, hooks_);
+  Attempts attempts(rigid, output, sample, hooks_);
   Attempts::Found found = attempts.withRoom(timer_, false);
   if (found.result.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
@@ -208,13 +209,13 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   Ready ready{requested, ""};
   std::optional<Attempts::Found> found;
   if (requested->request.softIfNeeded) {
-    found = undeformed(*requested, output);
+    found = undeformed(requested, output);
     log::info(found ? "Undeformed cells could be packed: none are soft"
                     : "Undeformed cells cannot be packed as requested: cells are soft");
   }
   if (!found) {
     if (requested->request.soft) ready = withSoftCells(requested, output);
-    Attempts attempts(*ready.problem, output, hooks_);
+    Attempts attempts(*ready.problem, output, sampleOf(ready.problem), hooks_);
     found = attempts.withRoom(timer_);
     stateSaved_ = attempts.saved();
     stateSavedOnce_ = attempts.savedAny();
@@ -251,8 +252,16 @@ void Session::throwInterrupted(const OutputRequest& output) const {
                    : fmt::format("interrupted: {}", delivery_.interrupted)});
 }
 
-Packing Session::verify(Packing packing) const {
-  requireEnough(packing, delivery_);
+LumenSample& Session::sampleOf(const std::shared_ptr<const Problem>& problem) {
+  if (sampled_ != problem) {
+    sample_.emplace(*problem);
+    sampled_ = problem;
+  }
+  return *sample_;
+}
+
+Packing Session::verify(Packing packing) {
+  requireEnough(packing, delivery_, sampleOf(packing.problem));
   const Problem& problem = *packing.problem;
   const std::vector<PlacedCell>& cells = packing.result.cells;
   packing.kept = delivery_.countedLater
@@ -263,7 +272,7 @@ Packing Session::verify(Packing packing) const {
   return packing;
 }
 
-Packing Session::repeatInTiles(Packing before, bool withState) const {
+Packing Session::repeatInTiles(Packing before, bool withState) {
   const Problem& problem = *before.problem;
   std::shared_ptr<const Problem> big;
   together(ranks_, [&] {

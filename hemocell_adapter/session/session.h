@@ -68,6 +68,9 @@ class Session {
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
   Packing pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output);
 
+  /// Of the lumen of a problem, kept for the last one that was asked for.
+  LumenSample& sampleOf(const std::shared_ptr<const Problem>& problem);
+
   /// Whether the last checkpoint has been written, also after a failure; whether there is one of this run.
   bool stateSaved() const { return stateSaved_; }
   bool stateSavedOnce() const { return stateSavedOnce_; }
@@ -81,17 +84,20 @@ class Session {
     std::string whyFewer;                    ///< if there are fewer than requested
   };
   /// Deformed cells, if undeformed ones cannot be packed.
-  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output) const;
+  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
   /// Undeformed cells as requested; nothing if they cannot be packed.
-  std::optional<Attempts::Found> undeformed(const Problem& requested, OutputRequest output);
+  std::optional<Attempts::Found> undeformed(const std::shared_ptr<const Problem>& requested,
+                                            OutputRequest output);
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
-  Packing verify(Packing packing) const;
-  Packing repeatInTiles(Packing before, bool withState) const;
+  Packing verify(Packing packing);
+  Packing repeatInTiles(Packing before, bool withState);
 
   const Delivery& delivery_;
   Hooks hooks_;
   const Communicator& ranks_;
   Timer timer_;
+  std::shared_ptr<const Problem> sampled_;
+  std::optional<LumenSample> sample_;  ///< of `sampled_`
   bool stateSaved_ = false, stateSavedOnce_ = false;
 };
 

@@ -323,31 +323,43 @@ std::vector<double> AccessibleSpace::apart() const {
   for (const Part& part : parts_) box.add(part.centre - part.half.cast<double>());
   const Vec3 edge = Vec3::Constant(std::max(double(fit_->longestEdge), std::cbrt(volume() / mostGridCells)));
   const auto cellOf = [&](const Vec3& p) { return gridIndex(p - box.lo, edge); };
-  JoinedSets joined(parts_.size());
   struct Occupied {
+    std::int64_t key;
     GridIndex cell;
     int part;
   };
-  std::unordered_map<std::int64_t, Occupied> occupied;
+  std::vector<Occupied> occupied;  // of each part those at its faces
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const Vec3 inner = 0.999 * parts_[i].half.cast<double>();
     const auto lo = cellOf(parts_[i].centre - inner), hi = cellOf(parts_[i].centre + inner);
     for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
-      for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
-        for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
-          const GridIndex cell = {x, y, z};
-          const auto [found, isNew] = occupied.insert({keyOf(cell), {cell, int(i)}});
-          if (!isNew) joined.join(found->second.part, int(i));
-        }
+      for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
+        const bool atFace = z == lo[2] || z == hi[2] || y == lo[1] || y == hi[1];
+        const std::int64_t step = atFace ? 1 : std::max<std::int64_t>(1, hi[0] - lo[0]);
+        for (std::int64_t x = lo[0]; x <= hi[0]; x += step)
+          occupied.push_back({keyOf({x, y, z}), {x, y, z}, int(i)});
+      }
   }
-  for (const auto& [key, one] : occupied)
-    for (int k = 0; k < 3; ++k) {
+  const auto precedes = [](const Occupied& one, std::int64_t key) { return one.key < key; };
+  std::sort(occupied.begin(), occupied.end(),
+            [](const Occupied& a, const Occupied& b) { return a.key < b.key; });
+  JoinedSets joined(parts_.size());
+  for (std::size_t i = 1; i < occupied.size(); ++i)
+    if (occupied[i].key == occupied[i - 1].key) joined.join(occupied[i].part, occupied[i - 1].part);
+  for (int k = 0; k < 3; ++k) {
+    auto next =
+        occupied.cbegin();  // beside `one`, with the keys of which it increases but across periodic faces
+    for (const Occupied& one : occupied) {
       Vec3 beside(double(one.cell[0]) + 0.5, double(one.cell[1]) + 0.5, double(one.cell[2]) + 0.5);
       beside[k] += 1.0;
-      const Vec3 at = fit_->within(box.lo + edge.cwiseProduct(beside));
-      if (const auto next = occupied.find(keyOf(cellOf(at))); next != occupied.end())
-        joined.join(one.part, next->second.part);
+      const std::int64_t key = keyOf(cellOf(fit_->within(box.lo + edge.cwiseProduct(beside))));
+      while (next != occupied.cend() && next->key < key) ++next;
+      auto found = next;
+      if (found != occupied.cbegin() && std::prev(found)->key >= key)
+        found = std::lower_bound(occupied.cbegin(), next, key, precedes);
+      if (found != occupied.cend() && found->key == key) joined.join(one.part, found->part);
     }
+  }
   std::map<int, double> volumes;
   for (std::size_t i = 0; i < parts_.size(); ++i)
     volumes[joined.first(int(i))] += parts_[i].volume() / volume();

@@ -70,7 +70,7 @@ struct Team {
 /// Alone, and several ranks of several threads; teams differ in whether they divide blocks evenly. Those of
 /// many ranks take long to start, so that few tests have them.
 const std::vector<Team> someTeams = {{1, 1}, {3, 2}};
-const std::vector<Team> manyTeams = {{1, 1}, {1, 3}, {2, 1}, {4, 1}, {5, 1}, {8, 1}};
+const std::vector<Team> manyTeams = {{1, 1}, {1, 3}, {2, 1}, {4, 1}, {7, 1}};
 
 /// Without mpirun where it is a rank alone.
 std::string started(const Team& team) {
@@ -295,9 +295,10 @@ TEST_CASE("check says and writes the same on any ranks", "[ranks]") {
                    "nearer than 0.2");
   const std::string cells = readText(folder.path() / "RBC.pos");
   writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.7));
-  requireSameCheck(folder, "check config.xml --verbose" + outputs, 4, "the meshes meet");
+  const std::string some = " --report report.json --vtp --export csv";
+  requireSameCheck(folder, "check config.xml --verbose" + some, 4, "the meshes meet");
   writeText(folder.path() / "RBC.pos", moved(cells, 1.3, 0.0));
-  requireSameCheck(folder, "check config.xml --verbose" + outputs, 4, "Cells not wholly inside the lumen");
+  requireSameCheck(folder, "check config.xml --verbose" + some, 4, "Cells not wholly inside the lumen");
   writeText(folder.path() / "RBC.pos", moved(cells, 1e-6, 0.0));
   requireSameCheck(folder, "check config.xml", 4, "perhaps they are in metres");
 }

@@ -243,8 +243,13 @@ TEST_CASE("Walls and periodic axes of the code that are not read are named", "[c
       Contains(
           "case.cpp:3: setSystemPeriodicity(1, true): the lumen is assumed to be that of tube.stl, which "
           "ends along y"));
-  CHECK(said("  // hemocell.setSystemPeriodicity(1, true);\n  hemocell.setSystemPeriodicity(axis, true);\n")
+  CHECK(said("  // hemocell.setSystemPeriodicity(1, true);\n  hemocell.setSystemPeriodicity(axis, false);\n")
             .empty());
+  CHECK_THAT(said("  hemocell.setSystemPeriodicity(1, periodic);\n"), Contains("which ends along y"));
+  CHECK_THAT(
+      said("  hemocell.setSystemPeriodicity(axis, true);\n"),
+      Contains("case.cpp:3: setSystemPeriodicity(axis, true): which axis this is cannot be determined") &&
+          Contains("assumed to be that of tube.stl") && Contains("packmesh::loadParticles()"));
   writeText(folder.path() / "config.xml",
             configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
                       "<packing> <species name=\"RBC\" count=\"3\"/> </packing>"));

@@ -175,7 +175,8 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
           "[forecast]") {
   const Problem problem = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95",
                                    "--best-effort", "--max-time", "5400"});
-  ProgressLog log(problem);
+  LumenSample sample(problem);
+  ProgressLog log(problem, sample);
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.78"}),
@@ -191,7 +192,8 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
 TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time", "[forecast]") {
   Problem problem =
       planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
-  ProgressLog log(problem);
+  LumenSample sample(problem);
+  ProgressLog log(problem, sample);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
   CHECK_THAT(relaxing,
              Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
@@ -199,7 +201,7 @@ TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
   problem.request.method = Method::cat;
   CHECK_THAT(
-      ProgressLog(problem).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+      ProgressLog(problem, sample).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
       Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
 }
 
