@@ -40,22 +40,23 @@ std::string sourceOf(const Case* simulation) {
 /// The requests of cells to pack, completed step by step.
 class PackedSpecies {
  public:
-  PackedSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings)
+  PackedSpecies(const Request& request, const Case* simulation, std::vector<std::string>& warnings)
       : request_(request),
         simulation_(simulation),
         running_(simulation && simulation->running ? &*simulation->running : nullptr),
         warnings_(warnings),
-        all_(std::move(request.species)),
+        all_(request.species),
+        hematocrit_(request.hematocrit),
         plateletRatio_(request.plateletRatio) {
     for (const auto& [key, origin] : request.origins)
       listed_ = listed_ || (key.compare(0, 8, "species.") == 0 && isList(origin));
   }
 
-  std::vector<SpeciesRequest> operator()() {
+  SpeciesToPack operator()() {
     setDetailsAside();
     settleHematocrit();
     settleRest();
-    if (request_.hematocrit) {
+    if (hematocrit_) {
       addRedCells();
       addPlatelets();
     } else if (plateletRatio_) {
@@ -70,7 +71,7 @@ class PackedSpecies {
       throw UsageError(fmt::format("how many cells? Give {} or counts such as {}, or the same in <packing>",
                                    named("hematocrit", "h"), named("rbc", "n")));
     requireNumbers();
-    return std::move(all_);
+    return {std::move(all_), hematocrit_};
   }
 
  private:
@@ -104,7 +105,7 @@ class PackedSpecies {
 
   /// A hematocrit and numbers of all red cells contradict each other: what is stated later counts.
   void settleHematocrit() {
-    if (!request_.hematocrit || fillerOf(all_) || std::none_of(all_.begin(), all_.end(), isRedCell)) return;
+    if (!hematocrit_ || fillerOf(all_) || std::none_of(all_.begin(), all_.end(), isRedCell)) return;
     const Origin hematocrit =
         *request_.originOf(request_.states("hematocrit") ? "hematocrit" : "dischargeHematocrit");
     SpeciesRequest* earlier = nullptr;  // than the hematocrit
@@ -118,7 +119,7 @@ class PackedSpecies {
       earlier->count.reset();
       earlier->ratio.reset();
     } else if (later) {
-      request_.hematocrit.reset();
+      hematocrit_.reset();
     } else if (hematocrit.isSection()) {
       throw InputError(
           fmt::format("{}: <hematocrit> contradicts a count or ratio for every red cell; remove one of them",
@@ -133,7 +134,7 @@ class PackedSpecies {
     const bool numbered = std::any_of(all_.begin(), all_.end(), [](const SpeciesRequest& species) {
       return isRedCell(species) && (species.count || species.ratio || species.start || species.inBlood);
     });
-    if (!request_.hematocrit && inRegions && !numbered) request_.hematocrit = 0.0;
+    if (!hematocrit_ && inRegions && !numbered) hematocrit_ = 0.0;
   }
 
   bool isInRegions(const std::string& name) const {
@@ -154,7 +155,7 @@ class PackedSpecies {
           found = find(all_, one.name);
         }
         if (found->count || found->ratio || found->fixed || found->start || found->inBlood) continue;
-        if (isNew || !request_.hematocrit || !isRedCell(*found)) found->count = 0;
+        if (isNew || !hematocrit_ || !isRedCell(*found)) found->count = 0;
       }
   }
 
@@ -218,16 +219,17 @@ class PackedSpecies {
   void requireNumbers() const {
     for (const SpeciesRequest& request : all_)
       if (!request.count && !request.ratio && !request.fixed && !request.start && !request.inBlood &&
-          !(request_.hematocrit && isRedCell(request)))
+          !(hematocrit_ && isRedCell(request)))
         throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(simulation_),
                                      request.name, isRedCell(request) ? " or a hematocrit" : " or a ratio"));
   }
 
-  Request& request_;
+  const Request& request_;
   const Case* simulation_;
   const RunningSystem* running_;
   std::vector<std::string>& warnings_;
   std::vector<SpeciesRequest> all_, details_;
+  std::optional<double> hematocrit_;
   std::optional<double> plateletRatio_;
   bool listed_ = false;  ///< the case lists its cells
 };
@@ -238,7 +240,8 @@ bool isRedCell(const SpeciesRequest& request) {
   return request.redCell.value_or(request.name.find("RBC") != std::string::npos);
 }
 
-bool nameSpeciesOfStates(Request& request) {
+SpeciesOfStates speciesWithStates(const Request& request) {
+  Request with = request;
   bool deformed = false;
   const auto take = [&](const Source& file, const auto& use) {
     const StateCells state = cellsFrom(file, Communicator(), false);
@@ -247,7 +250,7 @@ bool nameSpeciesOfStates(Request& request) {
       if (!isCellName(kind.name))  // a file of that name is written
         throw InputError(fmt::format("{}: contains cells named '{}'; expected {}", file.string(), kind.name,
                                      expectedCellName()));
-      use(speciesNamed(request, kind.name));
+      use(speciesNamed(with, kind.name));
     }
   };
   for (const Source& file : request.fixedStates)
@@ -263,11 +266,12 @@ bool nameSpeciesOfStates(Request& request) {
                       request.blood->string(), named("blood")));
     take(*request.blood, [](SpeciesRequest& species) { species.inBlood = true; });
   }
-  return deformed;
+  return {std::move(with.species), deformed};
 }
 
-void completeSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings) {
-  request.species = PackedSpecies(request, simulation, warnings)();
+SpeciesToPack chooseSpecies(const Request& request, const Case* simulation,
+                            std::vector<std::string>& warnings) {
+  return PackedSpecies(request, simulation, warnings)();
 }
 
 }  // namespace packmesh::hemocell

@@ -2,6 +2,7 @@
 /// @file Which species are packed, and what is stated of each.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,14 +14,24 @@ namespace packmesh::hemocell {
 /// Whether its volume counts in the hematocrit: as stated, or by its name.
 bool isRedCell(const SpeciesRequest& request);
 
-/// Replaces state files by requests for the species in them.
-/// @return whether cells in them have meshes of their own @throws InputError
-bool nameSpeciesOfStates(Request& request);
+/// The species of a request, with those in its state files.
+struct SpeciesOfStates {
+  std::vector<SpeciesRequest> species;
+  bool deformed = false;  ///< cells in the files have meshes of their own
+};
+/// @throws InputError
+SpeciesOfStates speciesWithStates(const Request& request);
 
-/// Completes the species to pack: those that are stated, plus RBC (and PLT) if a hematocrit requires them. Of
-/// a hematocrit and the number of red cells, what is stated later replaces the other.
+/// The species to pack, and the hematocrit that determines the number of one of them.
+struct SpeciesToPack {
+  std::vector<SpeciesRequest> species;
+  std::optional<double> hematocrit;
+};
+/// Those that are stated, plus RBC (and PLT) if a hematocrit requires them. Of a hematocrit and the number of
+/// red cells, what is stated later replaces the other.
 /// @param simulation nullptr: none
 /// @throws UsageError, InputError
-void completeSpecies(Request& request, const Case* simulation, std::vector<std::string>& warnings);
+SpeciesToPack chooseSpecies(const Request& request, const Case* simulation,
+                            std::vector<std::string>& warnings);
 
 }  // namespace packmesh::hemocell

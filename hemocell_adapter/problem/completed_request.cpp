@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <system_error>
+#include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/setting_name.h"
@@ -20,13 +22,15 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// A box from the command line is packed with cells that HemoCell keeps; under the name packCells it is
-/// periodic, as there. A running system is periodic where it says so.
-void chooseEnds(Request& request, const Case* simulation) {
-  if (request.periodicEnds) return;
+/// Whether ends are periodic: a box from the command line is packed with cells that HemoCell keeps; under the
+/// name packCells it is periodic, as there. A running system is periodic where it says so. Empty: as the
+/// case.
+std::optional<bool> choosePeriodicEnds(const Request& request, const Case* simulation) {
+  if (request.periodicEnds) return request.periodicEnds;
+  if (simulation && simulation->running) return true;
   if (request.boxSize && !(request.container && request.container->lumen))
-    request.periodicEnds = request.packCellsConventions && !request.keepAll;
-  if (simulation && simulation->running) request.periodicEnds = true;
+    return request.packCellsConventions && !request.keepAll;
+  return {};
 }
 
 const char* nameOf(Method::Kind method) {
@@ -98,15 +102,15 @@ void warnOfUnits(const Request& request, const Case* simulation, std::vector<std
 
 /// Of a hematocrit and a discharge hematocrit there is one, after overriding. Until the lumen is known, the
 /// discharge hematocrit stands for that of the lumen.
-void settleHematocrit(Request& request) {
-  if (!request.dischargeHematocrit) return;
+std::optional<double> statedHematocrit(const Request& request) {
+  if (!request.dischargeHematocrit) return request.hematocrit;
   if (request.hematocrit) {
     if (const Origin& from = *request.originOf("hematocrit"); from.isSection())
       throw InputError(from.place + " and <dischargeHematocrit> exclude each other");
     throw UsageError(
         fmt::format("{} and {} exclude each other", named("hematocrit"), named("discharge-hematocrit")));
   }
-  request.hematocrit = request.dischargeHematocrit;
+  return request.dischargeHematocrit;
 }
 
 /// The case; of a run that continues, which names a file in the working directory, that may also be the
@@ -134,9 +138,11 @@ CompletedRequest complete(const Request& asked, std::shared_ptr<const Case> runn
   completed.request.asked = std::make_shared<const Request>(asked);
   completed.warnings = asked.remarks;
   Request& request = completed.request;
-  completed.deformed = nameSpeciesOfStates(request);
-  settleHematocrit(request);
-  chooseEnds(request, simulation);
+  SpeciesOfStates withStates = speciesWithStates(request);
+  request.species = std::move(withStates.species);
+  completed.deformed = withStates.deformed;
+  request.hematocrit = statedHematocrit(request);
+  request.periodicEnds = choosePeriodicEnds(request, simulation);
   if (simulation) request.dx = simulation->domain.dx;
   warnOfUnits(request, simulation, completed.warnings);
   if (request.packCellsConventions && !request.redCellVolume) request.redCellVolume = packCellsRedCellVolume;
@@ -152,7 +158,9 @@ CompletedRequest complete(const Request& asked, std::shared_ptr<const Case> runn
 
 CompletedRequest requestToPack(const Request& asked, std::shared_ptr<const Case> running) {
   CompletedRequest completed = complete(asked, std::move(running));
-  completeSpecies(completed.request, completed.simulation.get(), completed.warnings);
+  SpeciesToPack chosen = chooseSpecies(completed.request, completed.simulation.get(), completed.warnings);
+  completed.request.species = std::move(chosen.species);
+  completed.request.hematocrit = chosen.hematocrit;
   return completed;
 }
 
