@@ -8,6 +8,7 @@
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/walls.h"
 
@@ -95,7 +96,7 @@ TEST_CASE("A discharge hematocrit packs the hematocrit of the tube", "[executabl
   CHECK_THAT(narrow.all(), Contains("outside of the 5 to 500 µm"));
 }
 
-TEST_CASE("A discharge hematocrit that means nothing is refused", "[executable][profile]") {
+TEST_CASE("A discharge hematocrit that means nothing is refused", "[profile]") {
   TemporaryFolder folder;
   struct Row {
     const char* arguments;
@@ -108,11 +109,11 @@ TEST_CASE("A discharge hematocrit that means nothing is refused", "[executable][
         Row{"--cylinder x 10 30 --discharge-hematocrit 1.3", 1, "'--discharge-hematocrit'"},
         Row{"--cylinder x 10 30 --discharge-hematocrit 0.3 --rbc 5 --plt 3", 1, ""}}) {
     CAPTURE(row.arguments);
-    const Ran ran = run(folder.path(), row.arguments);
-    CHECK(ran.exitCode == row.code);
-    CHECK_THAT(ran.err, Contains(row.message));
+    const Refusal refusal = refused(folder.path(), row.arguments);
+    CHECK(refusal.exitCode == row.code);
+    CHECK_THAT(refusal.message, Contains(row.message));
   }
   SampleCase both(
       "<packing> <hematocrit> 0.2 </hematocrit> <dischargeHematocrit> 0.2 </dischargeHematocrit> </packing>");
-  CHECK_THAT(run(both.path(), "config.xml").err, Contains("<hematocrit> and <dischargeHematocrit>"));
+  CHECK_THAT(refused(both.path(), "config.xml").message, Contains("<hematocrit> and <dischargeHematocrit>"));
 }

@@ -9,6 +9,7 @@
 #include "hemocell_adapter/problem/profile_source.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -173,7 +174,7 @@ TEST_CASE("Developed flow in a case: a cell-free layer and platelets in it", "[e
   CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
 }
 
-TEST_CASE("A profile that makes no sense is refused", "[executable][profile]") {
+TEST_CASE("A profile that makes no sense is refused", "[profile]") {
   TemporaryFolder folder;
   writeText(folder.path() / "p.txt", "distance RBC\n0 0\n6 0\n7 1\n");
   writeText(folder.path() / "far.txt", "distance RBC\n0 0\n60 0\n70 1\n");
@@ -197,12 +198,12 @@ TEST_CASE("A profile that makes no sense is refused", "[executable][profile]") {
             "--order columns (<order>) and a profile"},
         Row{"--cylinder x 12 30 --hematocrit 0.1 --method cat --profile p.txt", 1, "--method relaxation"}}) {
     CAPTURE(row.arguments);
-    const Ran ran = run(folder.path(), row.arguments);
-    CHECK(ran.exitCode == row.code);
-    CHECK_THAT(ran.err, Contains(row.message));
+    const Refusal refusal = refused(folder.path(), row.arguments);
+    CHECK(refusal.exitCode == row.code);
+    CHECK_THAT(refusal.message, Contains(row.message));
   }
   SampleCase regions(
       "<packing> <hematocrit> 0.1 </hematocrit> <profile> developed </profile>"
       "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region> </packing>");
-  CHECK_THAT(run(regions.path(), "config.xml").err, Contains("exclude each other"));
+  CHECK_THAT(refused(regions.path(), "config.xml").message, Contains("exclude each other"));
 }

@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -229,85 +230,84 @@ TEST_CASE("Regions have cells of their own, beside those of the lumen", "[execut
   CHECK(readPos(folder.path() / "PLT.pos").size() == 26);
 }
 
-TEST_CASE("Invalid regions are refused with their place", "[executable]") {
+TEST_CASE("Invalid regions are refused with their place", "[regions]") {
   const SampleCase folder;
-  const auto refused = [&](const std::string& region, const std::string& cells = "<species name=\"RBC\"/>") {
+  const auto messageOf = [&](const std::string& region,
+                             const std::string& cells = "<species name=\"RBC\"/>") {
     writeText(folder.path() / "config.xml",
               configXml(sampleDomain, "<packing>\n" + cells + "\n" + region + "</packing>"));
-    const Ran ran = run(folder.path(), "config.xml");
-    CHECK(ran.exitCode == 2);
-    CHECK(!fs::exists(folder.path() / "RBC.pos"));
-    return ran.err;
+    const Refusal refusal = refused(folder.path(), "config.xml");
+    CHECK(refusal.exitCode == 2);
+    return refusal.message;
   };
   const std::string ball = "<sphere radius=\"6\" center=\"12 8 8\"/>";
-  CHECK_THAT(refused("<region count=\"3\" hematocrit=\"0.1\">" + ball + "</region>"),
+  CHECK_THAT(messageOf("<region count=\"3\" hematocrit=\"0.1\">" + ball + "</region>"),
              Contains("config.xml:8: <region>: has both a hematocrit and a count"));
-  CHECK_THAT(refused("<region count=\"-3\">" + ball + "</region>"),
+  CHECK_THAT(messageOf("<region count=\"-3\">" + ball + "</region>"),
              Contains("config.xml:8: <region>, attribute count: expected a whole number"));
-  CHECK_THAT(refused("<region>" + ball + "</region>"),
+  CHECK_THAT(messageOf("<region>" + ball + "</region>"),
              Contains("a count of red cells, or species of its own"));
   CHECK_THAT(
-      refused("<region count=\"2\">" + ball + ball + "</region>"),
+      messageOf("<region count=\"2\">" + ball + ball + "</region>"),
       Contains("expected one body inside: <box>, <cylinder>, <sphere>, <mesh>, <halfSpace> or <beyond>"));
-  CHECK_THAT(refused("<region count=\"2\"><halfspace/></region>"), Contains("did you mean 'halfSpace'?"));
-  CHECK_THAT(refused("<region count=\"2\"><halfSpace point=\"1 2 3\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\"><halfspace/></region>"), Contains("did you mean 'halfSpace'?"));
+  CHECK_THAT(messageOf("<region count=\"2\"><halfSpace point=\"1 2 3\"/></region>"),
              Contains("<halfSpace>: the attribute normal is missing"));
-  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 8\" direction=\"0 0 0\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\"><beyond point=\"12 8 8\" direction=\"0 0 0\"/></region>"),
              Contains("config.xml:8: <beyond>: its direction 0 0 0 is not a direction"));
-  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 80\" direction=\"1 0 0\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\"><beyond point=\"12 8 80\" direction=\"1 0 0\"/></region>"),
              Contains("config.xml:8: <beyond>: the point (12, 8, 80) is not in the lumen"));
-  CHECK_THAT(refused("<region count=\"2\"><beyond point=\"12 8 nan\" direction=\"1 0 0\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\"><beyond point=\"12 8 nan\" direction=\"1 0 0\"/></region>"),
              Contains("expected three numbers"));
-  CHECK_THAT(refused("<region count=\"2\"><halfSpace point=\"99 8 8\" normal=\"1 0 0\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\"><halfSpace point=\"99 8 8\" normal=\"1 0 0\"/></region>"),
              Contains("config.xml:8: <halfSpace>: this region lies outside the lumen"));
-  CHECK_THAT(refused("<region>" + ball + "<species name=\"PLT\"/></region>"),
+  CHECK_THAT(messageOf("<region>" + ball + "<species name=\"PLT\"/></region>"),
              Contains("<species>: the attribute count is missing"));
-  CHECK_THAT(refused("<region>" + ball +
-                     "<species name=\"PLT\" count=\"1\"/><species name=\"PLT\" count=\"2\"/></region>"),
+  CHECK_THAT(messageOf("<region>" + ball +
+                       "<species name=\"PLT\" count=\"1\"/><species name=\"PLT\" count=\"2\"/></region>"),
              Contains("<region>: a second species called 'PLT'"));
-  CHECK_THAT(refused("<region>" + ball + "<species name=\"WBC\" count=\"1\"/></region>",
-                     "<hematocrit>0.1</hematocrit>"),
+  CHECK_THAT(messageOf("<region>" + ball + "<species name=\"WBC\" count=\"1\"/></region>",
+                       "<hematocrit>0.1</hematocrit>"),
              Contains("WBC.xml: no such file"));
-  CHECK_THAT(refused("<region count=\"4\">" + ball + "</region>", "<species name=\"RBC\" count=\"3\"/>"),
+  CHECK_THAT(messageOf("<region count=\"4\">" + ball + "</region>", "<species name=\"RBC\" count=\"3\"/>"),
              Contains("take more red cells than there are: 3 'RBC'"));
-  CHECK_THAT(refused("<region count=\"2\">" + ball + "<species name=\"RBC\" count=\"3\"/></region>"),
+  CHECK_THAT(messageOf("<region count=\"2\">" + ball + "<species name=\"RBC\" count=\"3\"/></region>"),
              Contains("<sphere>: its own red cells are more than its count allows"));
-  CHECK_THAT(refused("<container><halfSpace point=\"1 2 3\" normal=\"1 0 0\"/></container>"),
+  CHECK_THAT(messageOf("<container><halfSpace point=\"1 2 3\" normal=\"1 0 0\"/></container>"),
              Contains("<halfSpace>: unknown tag"));
 }
 
-TEST_CASE("Invalid constraints are rejected", "[executable]") {
+TEST_CASE("Invalid constraints are rejected", "[regions]") {
   const SampleCase folder;
-  const auto refused = [&](const std::string& packing, const std::string& arguments = "") {
+  const auto messageOf = [&](const std::string& packing, const std::string& arguments = "") {
     writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
-    const Ran ran = run(folder.path(), "config.xml " + arguments);
-    CHECK((ran.exitCode == 1 || ran.exitCode == 2));
-    CHECK(!fs::exists(folder.path() / "RBC.pos"));
-    return ran.err;
+    const Refusal refusal = refused(folder.path(), "config.xml " + arguments);
+    CHECK((refusal.exitCode == 1 || refusal.exitCode == 2));
+    return refusal.message;
   };
   const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
+  CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
              Contains("attribute hematocrit is missing"));
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"),
+  CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"),
              Contains("expected one body"));
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
+  CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
              Contains("[0, 1)"));
-  CHECK_THAT(refused("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
+  CHECK_THAT(messageOf("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
              Contains("regions require a hematocrit of the rest"));
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
-                     "center=\"99 8 8\"/></region>"),
+  CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
+                       "center=\"99 8 8\"/></region>"),
              Contains("outside the lumen"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is not a direction"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
+  CHECK_THAT(messageOf("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is not a direction"));
+  CHECK_THAT(messageOf("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
+  CHECK_THAT(messageOf("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
              Contains("[0, 90]"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"),
+  CHECK_THAT(messageOf("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"),
              Contains("csv, espresso, "));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"),
+  CHECK_THAT(messageOf("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"),
              Contains("is for periodic boxes"));
 }
 
-TEST_CASE("Options of constraints are validated", "[executable]") {
+TEST_CASE("Options of constraints are validated", "[regions]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", "1\n5 5 5 0 0\n");
   struct Row {
@@ -339,10 +339,10 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
     CAPTURE(row.options);
     const std::string options = row.options;
     const bool ownWalls = options.find("--walls") != options.npos;
-    const Ran ran =
-        run(folder.path(), "16 16 16 --rbc 2 " + std::string(ownWalls ? "" : "--walls xyz ") + options);
-    INFO(ran.all());
-    CHECK(ran.exitCode == row.exitCode);
-    CHECK_THAT(ran.err, Contains(row.message));
+    const Refusal refusal =
+        refused(folder.path(), "16 16 16 --rbc 2 " + std::string(ownWalls ? "" : "--walls xyz ") + options);
+    INFO(refusal.message);
+    CHECK(refusal.exitCode == row.exitCode);
+    CHECK_THAT(refusal.message, Contains(row.message));
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// What users get wrong, done with the real executable.
+// What users get wrong: what is refused before packing in this process, the rest with the real executable.
 #include <catch2/catch.hpp>
 #include <functional>
 
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
@@ -183,12 +184,20 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
   for (const Row& row : rows) {
     const SampleCase folder;
     row.spoil(folder.path());
+    const bool checks = row.arguments.compare(0, 5, "check") == 0;
+    if (row.exitCode <= 2 && !checks) {
+      const Refusal refusal = refused(folder.path(), row.arguments);
+      INFO("packMesh " << row.arguments << "\n" << refusal.message);
+      CHECK(refusal.exitCode == row.exitCode);
+      CHECK_THAT(refusal.message, Contains(row.message));
+      continue;
+    }
     const Ran ran = run(folder.path(), row.arguments);
     INFO("packMesh " << row.arguments << "\n" << ran.all());
     CHECK(ran.exitCode == row.exitCode);
     CHECK_THAT(ran.all(), Contains(row.message));
     if (row.exitCode != 4) CHECK_THAT(ran.err, Contains("(packMesh) (Error) "));
-    if (row.arguments.compare(0, 5, "check") != 0) {
+    if (!checks) {
       for (const auto& entry : fs::directory_iterator(folder.path()))
         CHECK(entry.path().extension() != ".pos");
     }
