@@ -79,7 +79,7 @@ class CheckReport {
   /// Summary in one line, for one of several packings.
   std::string line() const {
     const Tally& tally = checked_.tally;
-    const std::int64_t all = checked_.result.cellCount;
+    const std::int64_t all = checked_.cellCount;
     std::string text =
         fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "not clean", all,
                     all == 1 ? "" : "s", tally.redMesh / problem_.lumen.container->volume());
@@ -207,7 +207,7 @@ class CheckReport {
   template <class Chosen>
   std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
-    for (const PlacedCell& cell : checked_.result.cells)
+    for (const PlacedCell& cell : checked_.cells)
       if (chosen(cell.species)) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
@@ -248,7 +248,7 @@ class CheckReport {
 
   const Packing& checked_;
   const Problem& problem_;
-  const Certificate& certificate_ = checked_.result.certificate;
+  const Certificate& certificate_ = checked_.certificate;
   const Kept& kept_ = checked_.kept;
   const std::int64_t overlaps_;
 };

@@ -29,13 +29,12 @@ namespace {
 namespace fs = std::filesystem;
 
 RealisationFigures realisationFigures(const Packing& packing) {
-  const PackingResult& result = packing.result;
-  return {result.outcome != Outcome::outOfReach,
-          result.cellCount,
+  return {packing.outcome != Outcome::outOfReach,
+          packing.cellCount,
           packing.tally.redMesh / packing.problem->lumen.container->volume(),
-          result.certificate.minimumGap,
-          result.certificate.minimumWallGap,
-          result.statistics.effort(),
+          packing.certificate.minimumGap,
+          packing.certificate.minimumWallGap,
+          packing.statistics.effort(),
           packing.times.cpu,
           packing.times.wall};
 }

@@ -14,6 +14,7 @@
 #include "hemocell_adapter/output/shared_files.h"
 #include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/packing/packing_file.h"
+#include "packMesh/packing/write_together.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -25,29 +26,23 @@ bool isFrame(const fs::path& file) {
   return file.extension() == ".h5" && (name.rfind("state_", 0) == 0 || name.rfind("cat_cells_", 0) == 0);
 }
 
-PackingTables tablesOf(const std::vector<PlacedCell>& own, const PackingProblem& problem) {
-  PackingTables tables;
-  const Physics& physics = problem.physics;
-  const bool withShapes = physics.hasDeformed();
+void writeFrame(const fs::path& file, const std::vector<PlacedCell>& own, const PackingProblem& problem) {
+  PackingResult frame;
+  frame.cells = own;
+  Physics physics = problem.physics;
   std::vector<std::int64_t> counts(physics.species.size());
   CellColumn scales{"scale", 1, {}};
   for (const PlacedCell& cell : own) {
     const double scale = std::cbrt(cell.placement.linear.determinant());
-    tables.kind.push_back(cell.species);
-    if (withShapes)
-      tables.vertices.push_back(physics.isDeformed(cell) ? &physics.shapeOf(cell).mesh().vertices : nullptr);
-    tables.poses.push_back(
+    frame.poses.push_back(
         {scale, Quaternion(Mat3(cell.placement.linear / scale)), cell.placement.translation});
     scales.values.push_back(scale);
     ++counts[cell.species];
   }
   problem.execution.communicator.sum(counts);
-  for (std::size_t s = 0; s < counts.size(); ++s) {
-    const Species& species = physics.species[s];
-    tables.kinds.push_back({species.kindName(), &physics.shapeOf(species).mesh(), counts[s]});
-  }
-  tables.columns.push_back(std::move(scales));
-  return tables;
+  for (std::size_t s = 0; s < counts.size(); ++s) physics.species[s].count = counts[s];
+  const Communicator& ranks = problem.execution.communicator;
+  commitTogether(writtenPacking(file, physics, frame, {{}, {std::move(scales)}}, ranks), ranks);
 }
 
 }  // namespace
@@ -67,9 +62,8 @@ void StateFrames::add(const std::vector<PlacedCell>& own) {
   const std::int64_t state = states_++;
   if (state % every_ != 0) return;
   const Communicator& ranks = problem_.execution.communicator;
-  const PackingTables tables = tablesOf(own, problem_);
   try {
-    writePacking(folder_ / fmt::format("state_{:06}.h5", state), tables, ranks);
+    writeFrame(folder_ / fmt::format("state_{:06}.h5", state), own, problem_);
   } catch (const OutputError& error) {  // the same on all ranks
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }

@@ -28,7 +28,7 @@ class CellFiles {
         problem_(*packing.problem),
         output_(output),
         withState_(withState),
-        deformed_(deformedCounts(problem_, packing.result.cells)),
+        deformed_(deformedCounts(problem_, packing.cells)),
         shared_(problem_.ranks) {}
 
   std::vector<fs::path> operator()() {
@@ -98,8 +98,8 @@ class CellFiles {
   /// This rank's lines, in any number of pieces.
   std::vector<std::string> posLines(int species, const Vec3& shift) const {
     std::vector<std::size_t> own;
-    for (std::size_t i = 0; i < packing_.result.cells.size(); ++i)
-      if (packing_.result.cells[i].species == species) own.push_back(i);
+    for (std::size_t i = 0; i < packing_.cells.size(); ++i)
+      if (packing_.cells[i].species == species) own.push_back(i);
     constexpr std::int64_t linesOfPiece = 4096;
     const auto count = static_cast<std::int64_t>(own.size());
     std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));
@@ -108,7 +108,7 @@ class CellFiles {
         [&](std::int64_t begin, std::int64_t end, int) {
           std::vector<PosLine> lines;
           for (std::int64_t i = begin; i < end; ++i) {
-            lines.push_back(problem_.read->lineOf(packing_.result.poses[own[i]]));
+            lines.push_back(problem_.read->lineOf(packing_.poses[own[i]]));
             lines.back().position += shift;
           }
           pieces[begin / linesOfPiece] = formatPosLines(lines);

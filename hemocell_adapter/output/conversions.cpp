@@ -81,7 +81,7 @@ std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest
   if (!needsConversion(output)) return files;
   std::error_code error;
   const fs::path place = fs::temp_directory_path(error) / "packMesh_plan.h5";
-  const auto tables = writtenPacking(place, emptyTables(problem, counts), Communicator());
+  const auto tables = writtenWithoutCells(place, problem, counts);
   for (Words words : commandsFor(output, tables->temporary())) {
     words.emplace_back("--plan");
     const CommandEnd end = runPackmesh(words, interrupted);
@@ -99,10 +99,9 @@ void convert(const Packing& packing, const CellMeasures& measures) {
   const OutputRequest& output = packing.output;
   if (!needsConversion(output)) return;
   SharedFiles(packing.ranks()).makeFolder(output.folder);
-  const PackingTables tables = tablesOf(packing, measures);
   std::unique_ptr<AtomicFiles> file;  // of the first rank
   try {
-    file = writtenPacking(keptTables(output), tables, packing.ranks());
+    file = writtenTables(keptTables(output), packing, measures);
   } catch (const OutputError& error) {  // the same on all ranks
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }

@@ -63,10 +63,10 @@ std::vector<Deformation> deformationOfEach(const Problem& problem, const std::ve
 std::optional<Deformations> deformationsOf(const Packing& packing) {
   const Problem& problem = *packing.problem;
   if (!problem.hasDeformed()) return {};
-  const std::vector<Deformation> each = deformationOfEach(problem, packing.result.cells);
+  const std::vector<Deformation> each = deformationOfEach(problem, packing.cells);
   std::vector<Deformation> all;
   for (std::size_t i = 0; i < each.size(); ++i)
-    if (problem.isDeformed(packing.result.cells[i]) && !std::isnan(each[i].force)) all.push_back(each[i]);
+    if (problem.isDeformed(packing.cells[i]) && !std::isnan(each[i].force)) all.push_back(each[i]);
   all = problem.ranks.gatherAll(all);
   if (all.empty()) return {};
   Deformations made;

@@ -24,6 +24,7 @@
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
+#include "packMesh/packing/write_together.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -43,9 +44,9 @@ std::set<std::int64_t> outsideOf(const Certificate& certificate) {
 }
 
 PackingMeasures packingMeasuresOf(const Packing& packing, const CellMeasures& measures) {
-  return measurePacking(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team},
-                        packing.result.cells, measures.gap, endAxes(*packing.problem),
-                        outsideOf(packing.result.certificate), packing.result.certificate.gapsMeasuredUpTo);
+  return measurePacking(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team}, packing.cells,
+                        measures.gap, endAxes(*packing.problem), outsideOf(packing.certificate),
+                        packing.certificate.gapsMeasuredUpTo);
 }
 
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
@@ -72,9 +73,8 @@ bool replacesItself(const Problem& problem, const OutputRequest& output, const f
 }  // namespace
 
 CellMeasures measuresOf(const Packing& packing) {
-  return measureShare(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team},
-                      packing.result.cells, outsideOf(packing.result.certificate),
-                      packing.result.certificate.gapsMeasuredUpTo);
+  return measureShare(physicsOf(*packing.problem), {packing.ranks(), packing.problem->team}, packing.cells,
+                      outsideOf(packing.certificate), packing.certificate.gapsMeasuredUpTo);
 }
 
 std::string reportText(const Packing& packing) {
@@ -83,7 +83,7 @@ std::string reportText(const Packing& packing) {
 
 void saveTables(const Packing& packing, const fs::path& file) {
   SharedFiles(packing.ranks()).makeFolder(file.parent_path());
-  writePacking(file, tablesOf(packing, measuresOf(packing)), packing.ranks());
+  commitTogether(writtenTables(file, packing, measuresOf(packing)), packing.ranks());
 }
 
 void requireWritable(const fs::path& folder) {
@@ -160,7 +160,7 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
 }
 
 bool isShowable(const Packing& checked) {
-  if (!checked.result.certificate.moreOverlaps) return true;
+  if (!checked.certificate.moreOverlaps) return true;
   log::warning("so many cells overlap that nothing else is written");
   return false;
 }

@@ -57,15 +57,16 @@ struct Deformations {
   Deformation median;  ///< of each over these cells
 };
 
-/// Cells that were packed, continued, loaded or read to be checked, certified and counted. Each rank has its
-/// share of them.
-struct Packing {
+/// Cells that were packed, continued, loaded or read to be checked, certified and counted, of which each rank
+/// has its share, in their problem. They are named by its species. Of cells that were loaded or read there
+/// are neither counts of parts nor statistics.
+struct Packing : PackingResult {
+  Packing() = default;
+  explicit Packing(PackingResult result) : PackingResult(std::move(result)) {}
+
   std::shared_ptr<const Problem> problem;
   OutputRequest output;  ///< what is written of it
   PackedParts packed;    ///< with the clearances that were kept; of a check those demanded, and no parts
-  /// Its cells are named by the species of the problem. Of cells that were loaded or read there are neither
-  /// counts of parts nor statistics.
-  PackingResult result;
   std::vector<std::int64_t> partCounts;  ///< of all ranks; empty if nothing was packed
   Tally tally;                           ///< of all ranks
   Kept kept;

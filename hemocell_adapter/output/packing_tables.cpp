@@ -11,66 +11,56 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Sets the origin of a template in its file, or the reason why it has none: some programs simulate only
-/// meshes of their own files.
-void findInFile(const CellSpecies& species, PackingTables::Kind& kind) {
-  if (species.kind != CellSpecies::Template::mesh) {
-    kind.unlikeFile = "is not packed from a mesh file";
-    return;
-  }
-  if (species.meshFrame != MeshFrame::file || species.meshScale != 1.0) {
-    kind.unlikeFile = "is turned or scaled";
-    return;
-  }
+/// Some programs simulate only meshes of their own files.
+TemplateSource sourceOf(const CellSpecies& species) {
+  if (species.kind != CellSpecies::Template::mesh) return {{}, "is not packed from a mesh file"};
+  if (species.meshFrame != MeshFrame::file || species.meshScale != 1.0) return {{}, "is turned or scaled"};
   const TriangleMesh own = meshFrom(species.meshFile);
-  const std::vector<Vec3>& packed = kind.mesh->vertices;
+  const std::vector<Vec3>& packed = species.shape->mesh().vertices;
   const Vec3 origin = boundingBox(own).center();
   constexpr double rounding = 1e-9;  // of centring [µm]
   bool same = own.vertices.size() == packed.size();
   for (std::size_t i = 0; same && i < packed.size(); ++i)
     same = (own.vertices[i] - origin - packed[i]).cwiseAbs().maxCoeff() <= rounding;
-  if (same)
-    kind.originInFile = origin;
-  else
-    kind.unlikeFile = "has been repaired";
+  if (!same) return {{}, "has been repaired"};
+  return {origin, {}};
+}
+
+PackingDetails detailsOf(const Problem& problem) {
+  PackingDetails details;
+  details.lumen = true;
+  for (const CellSpecies& species : problem.species) details.templates.push_back(sourceOf(species));
+  return details;
+}
+
+Physics physicsOf(const Problem& problem, const std::vector<std::int64_t>& counts) {
+  Physics physics = physicsOf(problem);
+  for (std::size_t s = 0; s < counts.size(); ++s) physics.species[s].count = counts[s];
+  return physics;
 }
 
 }  // namespace
 
-PackingTables emptyTables(const Problem& problem, const std::vector<std::int64_t>& counts) {
-  PackingTables tables;
-  tables.lumen = problem.lumen.container.get();
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
-    const CellSpecies& species = problem.species[s];
-    PackingTables::Kind kind{species.name, &species.shape->mesh(), counts[s], species.redCell};
-    findInFile(species, kind);
-    tables.kinds.push_back(std::move(kind));
-  }
-  return tables;
+std::unique_ptr<AtomicFiles> writtenWithoutCells(const std::filesystem::path& file, const Problem& problem,
+                                                 const std::vector<std::int64_t>& counts) {
+  return writtenPacking(file, physicsOf(problem, counts), {}, detailsOf(problem), {});
 }
 
-PackingTables tablesOf(const Packing& packing, const CellMeasures& measures) {
-  const PackingResult& result = packing.result;
-  PackingTables tables;
-  together(packing.ranks(), [&] { tables = emptyTables(*packing.problem, packing.tally.counts); });
+std::unique_ptr<AtomicFiles> writtenTables(const std::filesystem::path& file, const Packing& packing,
+                                           const CellMeasures& measures) {
+  const Problem& problem = *packing.problem;
+  PackingDetails details;
+  together(packing.ranks(), [&] { details = detailsOf(problem); });
   CellColumn angles{"angles", 3, {}};
-  for (std::size_t i = 0; i < result.cells.size(); ++i) {
-    const PlacedCell& cell = result.cells[i];
-    tables.kind.push_back(cell.species);
-    if (packing.problem->hasDeformed())
-      tables.vertices.push_back(packing.problem->isDeformed(cell)
-                                    ? &packing.problem->shapes[cell.shape]->mesh().vertices
-                                    : nullptr);
-    const PosLine line = packing.problem->read->lineOf(result.poses[i]);
-    tables.poses.push_back({1.0, result.poses[i].orientation, line.position});
+  for (const Pose& pose : packing.poses) {
+    const PosLine line = problem.read->lineOf(pose);
     angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
   }
-  tables.columns = columnsOf(measures, result.cells.size());
-  for (CellColumn& column : deformationColumns(*packing.problem, result.cells))
-    tables.columns.push_back(std::move(column));
-  tables.columns.push_back(std::move(angles));
-  tables.certificate = &packing.result.certificate;
-  return tables;
+  details.columns = columnsOf(measures, packing.cells.size());
+  for (CellColumn& column : deformationColumns(problem, packing.cells))
+    details.columns.push_back(std::move(column));
+  details.columns.push_back(std::move(angles));
+  return writtenPacking(file, physicsOf(problem, packing.tally.counts), packing, details, packing.ranks());
 }
 
 }  // namespace packmesh::hemocell

@@ -117,7 +117,7 @@ Report reportOfKept(const Packing& packing) {
   std::int64_t kept = 0;
   for (const std::int64_t n : packing.kept.kept) kept += n;
   Report all = {{"kept", kept},
-                {"dropped", packing.result.cellCount - kept},
+                {"dropped", packing.cellCount - kept},
                 {"loadedBy", packing.kept.loading == Loading::plugIn ? "plug-in" : ".pos files"},
                 {"asExpected", packing.kept.asExpected()}};
   all["reasons"] = Report::array();
@@ -212,14 +212,14 @@ Report repeatedOf(const std::shared_ptr<const Packing>& before) {
   const std::optional<double>& hematocrit = before->problem->hematocrit;
   return {{"times", before->problem->request.tiles},
           {"boxSize", coordinatesOf(*before->problem->request.boxSize)},
-          {"cells", before->result.cellCount},
+          {"cells", before->cellCount},
           {"hematocrit", hematocrit ? Report(*hematocrit) : Report(nullptr)},
-          {"certificate", certificateOf(before->result.certificate)},
-          {"statistics", statisticsOf(before->result.statistics)}};
+          {"certificate", certificateOf(before->certificate)},
+          {"statistics", statisticsOf(before->statistics)}};
 }
 
 Report timesOf(const Packing& packing) {
-  const Statistics& s = packing.result.statistics;
+  const Statistics& s = packing.statistics;
   return {{"ranks", packing.ranks().size()}, {"threads", packing.problem->team.count()},
           {"wall", packing.times.wall},      {"cpu", packing.times.cpu},
           {"placement", s.placementSeconds}, {"relaxation", s.relaxationSeconds},
@@ -250,7 +250,7 @@ Report reportOfDeformations(const std::optional<Deformations>& all) {
 
 const char* outcomeOf(const Packing& packing) {
   if (packing.checked) return "checked";
-  return packing.result.outcome == Outcome::certified ? "certified" : "bestEffort";
+  return packing.outcome == Outcome::certified ? "certified" : "bestEffort";
 }
 
 }  // namespace
@@ -268,11 +268,11 @@ Report makeReport(const Packing& packing, const PackingMeasures& measures) {
   all["lumen"] = lumenOf(*packing.problem);
   all["species"] = speciesOf(packing);
   all["hematocrit"] = hematocritOf(packing);
-  all["certificate"] = certificateOf(packing.result.certificate);
+  all["certificate"] = certificateOf(packing.certificate);
   all["hemocell"] = reportOfKept(packing);
   all["deformation"] = reportOfDeformations(packing.deformations);
   all["measures"] = reportOfMeasures(measures, *packing.problem);
-  all["statistics"] = statisticsOf(packing.result.statistics);
+  all["statistics"] = statisticsOf(packing.statistics);
   all["repeated"] = repeatedOf(packing.before);
   all["times"] = timesOf(packing);
   return all;

@@ -123,7 +123,6 @@ std::string regionText(const LumenRegion& region, bool dividesRedCells) {
 
 std::string reachedText(const Packing& packing) {
   const Problem& problem = *packing.problem;
-  const PackingResult& result = packing.result;
   const Tally& tally = packing.tally;
   std::string counts;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
@@ -138,13 +137,13 @@ std::string reachedText(const Packing& packing) {
         problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
   const std::string time =
       problem.request.maxSeconds > 0 ? fmt::format(", {}", durationText(problem.request.maxSeconds)) : "";
-  const Statistics& done = result.statistics;
+  const Statistics& done = packing.statistics;
   const std::string limits = fmt::format("{} {}{}; {} done, including the search for fewer cells",
                                          problem.request.maxIterations.value_or(Limits().maxSweeps),
                                          done.unit(), time, done.effort());
   const std::string what =
-      result.searched ? "the densest certified packing found"
-                      : "the time limit ended the search for the densest packing; a certified packing found";
+      packing.searched ? "the densest certified packing found"
+                       : "the time limit ended the search for the densest packing; a certified packing found";
   return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
                      what, tally.redMesh / problem.referenceVolume(),
                      problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
@@ -158,13 +157,41 @@ std::vector<std::string> deformationLines(const Deformations& all) {
                       100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
 }
 
+namespace {
+
+/// Where the centres of cells are that have left the regions in which they began.
+std::vector<std::string> centreLines(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const std::vector<LumenRegion>& regions = problem.layout.regions;
+  std::vector<std::int64_t> counts(regions.size() * problem.species.size());
+  for (const PlacedCell& cell : packing.cells)
+    ++counts[regionAt(regions, cell.placement.translation) * problem.species.size() + cell.species];
+  problem.ranks.sum(counts);
+  std::vector<std::string> lines;
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    std::string text;
+    double redVolume = 0.0;
+    for (std::size_t s = 0; s < problem.species.size(); ++s) {
+      const std::int64_t here = counts[r * problem.species.size() + s];
+      if (problem.species[s].redCell) redVolume += double(here) * problem.species[s].meanVolume;
+      text += fmt::format(", {} {}", here, problem.species[s].name);
+    }
+    lines.push_back(fmt::format("Hematocrit of {}: {:.4f}{} with their centres in it", regions[r].name,
+                                redVolume / (problem.referenceVolume() * regions[r].share), text));
+  }
+  return lines;
+}
+
+}  // namespace
+
 std::vector<std::string> regionLines(const Packing& packing) {
   const Problem& problem = *packing.problem;
+  if (problem.layout.regions.empty()) return {};
+  if (problem.request.soft && packing.deformations) return centreLines(packing);
   const std::vector<Part>& parts = packing.packed.parts;
   const std::vector<std::int64_t>& counts = packing.partCounts;
   std::vector<std::string> lines;
   const double reference = problem.referenceVolume();
-  if (problem.layout.regions.empty()) return lines;
   const bool divides = problem.layout.dividesRedCells();
   for (std::size_t p = 0; p < parts.size(); ++p)
     if (parts[p].region >= 0 && !(divides && problem.species[parts[p].species].redCell))
@@ -328,7 +355,7 @@ std::vector<std::string> footLines(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const Clearances& clearances = packing.packed.clearances;
   const Tally& tally = packing.tally;
-  const Certificate& certificate = packing.result.certificate;
+  const Certificate& certificate = packing.certificate;
   const Kept& kept = packing.kept;
   const RunTimes& times = packing.times;
   const double lumen = problem.lumen.container->volume();

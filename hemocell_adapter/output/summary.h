@@ -27,7 +27,7 @@ std::vector<std::string> deformationLines(const Deformations& deformations);
 
 /// Where the cells of flowing blood are from. @param deformed cells of each species, of all ranks
 std::vector<std::string> bloodLines(const Packing& packing, const std::vector<std::int64_t>& deformed);
-/// Red cells and hematocrit of each region, by where their centres are.
+/// Red cells and hematocrit of each region, by where their centres are. All ranks call.
 std::vector<std::string> regionLines(const Packing& packing);
 
 /// What was reached of a profile, shell by shell. @param reached reachedProfile(). Pre: there is a profile

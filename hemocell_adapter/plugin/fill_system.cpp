@@ -139,26 +139,16 @@ std::string termOf(const hemocell::SettingName& setting) {
   return setting.value.empty() || setting.value.size() == 1 ? text : text + " = \"" + setting.value + "\"";
 }
 
-/// A cell as it is sent: its vertices, if they are its own, are sent apart.
-struct SentCell {
-  int type;
-  std::int64_t id;
-  std::array<double, 9> linear;
-  std::array<double, 3> translation;
-  std::int64_t vertices;  ///< their number; 0: those of the template
-};
+using Vertex = std::array<double, 3>;
 
-SentCell inNodes(const packmesh::Cell& cell, const Placement& placement, const System& system) {
-  SentCell result{};
-  result.vertices = std::int64_t(cell.vertices.size());
-  result.type = cell.species;
-  result.id = cell.id;
+/// A cell without vertices. @param placement of the template [µm]
+Cell inNodes(int type, std::int64_t id, const Placement& placement, const System& system) {
+  Cell cell{type, id, {}, {}, {}};
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column)
-      result.linear[3 * row + column] = placement.linear(row, column);
-    result.translation[row] = placement.translation[row] / system.dx + double(system.first[row]);
+    for (int column = 0; column < 3; ++column) cell.linear[3 * row + column] = placement.linear(row, column);
+    cell.translation[row] = placement.translation[row] / system.dx + double(system.first[row]);
   }
-  return result;
+  return cell;
 }
 
 /// The region of a block in which it has vertices, in nodes of the whole lattice.
@@ -186,8 +176,9 @@ class Distribution {
   }
 
   std::vector<Cell> operator()(const hemocell::Filling& packed) const {
-    using Vertex = std::array<double, 3>;
-    std::vector<std::vector<SentCell>> to(ranks_.size());
+    // Without their own vertices, which follow one after the other; `shape` is the number of these.
+    std::vector<std::vector<PlacedCell>> to(ranks_.size());
+    std::vector<std::vector<std::int64_t>> idsTo(ranks_.size());
     std::vector<std::vector<Vertex>> verticesTo(ranks_.size());
     for (std::size_t i = 0; i < packed.cells.size(); ++i) {
       const packmesh::Cell& cell = packed.cells[i];
@@ -199,7 +190,8 @@ class Distribution {
       for (const Region& region : regions_) {
         if (sent[region.rank] || !meets(box, region)) continue;
         sent[region.rank] = true;
-        to[region.rank].push_back(inNodes(cell, packed.placements[i], system_));
+        to[region.rank].push_back({cell.species, std::int32_t(cell.vertices.size()), packed.placements[i]});
+        idsTo[region.rank].push_back(cell.id);
         if (cell.vertices.empty()) continue;
         for (const Vec3& v : mesh.vertices) {
           Vertex& vertex = verticesTo[region.rank].emplace_back();
@@ -207,14 +199,17 @@ class Distribution {
         }
       }
     }
-    const std::vector<std::vector<SentCell>> parts = ranks_.exchange(to);
+    const std::vector<std::vector<PlacedCell>> placed = ranks_.exchange(to);
+    const std::vector<std::vector<std::int64_t>> ids = ranks_.exchange(idsTo);
     const std::vector<std::vector<Vertex>> vertices = ranks_.exchange(verticesTo);
     std::vector<Cell> received;
-    for (std::size_t rank = 0; rank < parts.size(); ++rank) {
+    for (std::size_t rank = 0; rank < placed.size(); ++rank) {
       auto next = vertices[rank].begin();
-      for (const SentCell& cell : parts[rank]) {
-        received.push_back({cell.type, cell.id, cell.linear, cell.translation, {next, next + cell.vertices}});
-        next += cell.vertices;
+      for (std::size_t i = 0; i < placed[rank].size(); ++i) {
+        const PlacedCell& cell = placed[rank][i];
+        received.push_back(inNodes(cell.species, ids[rank][i], cell.placement, system_));
+        received.back().vertices.assign(next, next + cell.shape);
+        next += cell.shape;
       }
     }
     return received;
@@ -245,7 +240,7 @@ class Distribution {
 /// The template where it fits best.
 /// @param keepsVertices with those of the cell @param largest residual so far, raised to that of this fit
 /// [µm]
-packmesh::Cell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running,
+packmesh::Cell fitted(const Cell& cell, const System& system, const RunningSystem& running,
                       bool keepsVertices, double& largest) {
   const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
   std::vector<Vec3> points;
@@ -317,12 +312,12 @@ Filling load(const System& system, const std::string& stateFile, bool leavesOut)
   });
 }
 
-Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
+Filling save(const System& system, const std::vector<Cell>& cells, std::int64_t iteration,
              const std::string& stateFile, bool rigid) {
   return guarded(system, [&](const auto& simulation, const Communicator& ranks) {
     std::vector<packmesh::Cell> moved;
     double residual = 0.0;
-    for (const DeformedCell& cell : cells)
+    for (const Cell& cell : cells)
       moved.push_back(fitted(cell, system, *simulation->running, !rigid, residual));
     hemocell::saveCells(simulation, moved, residual, iteration, stateFile, ranks);
     return Filling();

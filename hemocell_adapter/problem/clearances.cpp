@@ -44,24 +44,24 @@ bool givenWhole(const Problem& problem) {
 
 /// Doubles the clearance between membranes as long as that succeeds, then halves the step.
 void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const PackWith& packWith,
-           RoomyPacking& best) {
-  double lo = best.clearances.membranes, hi = 0.0;  // hi: failed; 0: nothing yet
+           PackingResult& best) {
+  double lo = best.clearance, hi = 0.0;  // hi: failed; 0: nothing yet
   while (timeLeft() > 0.0) {
     const double finest = std::max(finestStep, finestShare * lo);
     if (hi > 0.0 && hi - lo <= finest) return;
-    Clearances wider = best.clearances;
-    wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
+    const Clearances wider = {hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep),
+                              best.wallClearance};
     AttemptLimits limits;
     limits.maxSweeps = sweeps;
     limits.maxSeconds = timeLeft();
     limits.fewerCells = false;
     auto result = packWith(wider, limits);
     if (result && result->outcome == Outcome::interrupted) {
-      best.result = std::move(*result);
+      best.outcome = Outcome::interrupted;  // the state that was saved is that of its cells
       return;
     }
     if (result && result->outcome == Outcome::certified) {
-      best = {std::move(*result), wider};
+      best = std::move(*result);
       lo = wider.membranes;
     } else {
       hi = wider.membranes;
@@ -98,15 +98,15 @@ std::vector<Clearances> clearanceLevels(const Problem& problem) {
   return levels;
 }
 
-RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
-                          std::int64_t cells, const std::function<double()>& elapsed,
-                          const PackWith& packWith) {
+PackingResult packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
+                           std::int64_t cells, const std::function<double()>& elapsed,
+                           const PackWith& packWith) {
   const std::int64_t cheapSweeps =
       request.method == Method::cat
           ? cheapIterations
           : std::clamp(cheapCellSweeps / std::max<std::int64_t>(1, cells), leastSweeps, mostSweeps);
   const std::int64_t sweepsForFew = request.method == Method::cat ? 0 : mostSweeps - cheapSweeps;
-  RoomyPacking best;
+  PackingResult best;
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();
     const double left =
@@ -123,11 +123,11 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
     }
     auto result = packWith(levels[i], limits);
     if (!result) continue;
-    best = {std::move(*result), levels[i]};
-    if (best.result.outcome != Outcome::outOfReach) break;
+    best = std::move(*result);
+    if (best.outcome != Outcome::outOfReach) break;
   }
   const double most = request.maxSeconds > 0.0 ? request.maxSeconds : defaultSearch;
-  if (request.largestClearance && best.result.outcome == Outcome::certified)
+  if (request.largestClearance && best.outcome == Outcome::certified)
     widen(
         request.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, packWith, best);
   return best;

@@ -33,12 +33,6 @@ struct AttemptLimits {
   bool fewerCells = true;         ///< if not feasible: whether a packing of fewer cells is requested
 };
 
-/// A packing, and the clearances it was certified with.
-struct RoomyPacking {
-  PackingResult result;
-  Clearances clearances;
-};
-
 /// Packs with one pair of clearances. @return nothing if they are impossible
 using PackWith =
     std::function<std::optional<PackingResult>(const Clearances& clearances, const AttemptLimits& limits)>;
@@ -47,8 +41,8 @@ using PackWith =
 /// then larger ones until the time limit or convergence. Deterministic except for time limits.
 /// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
-RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
-                          std::int64_t cells, const std::function<double()>& elapsed,
-                          const PackWith& packWith);
+PackingResult packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
+                           std::int64_t cells, const std::function<double()>& elapsed,
+                           const PackWith& packWith);
 
 }  // namespace packmesh::hemocell

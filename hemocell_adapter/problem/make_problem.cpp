@@ -273,6 +273,23 @@ Problem problemToCheck(const CompletedRequest& completed, const std::filesystem:
   });
 }
 
+Problem withCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances) {
+  std::vector<std::int64_t> counts;
+  for (const SpeciesPlan& plan : plans) counts.push_back(std::int64_t(plan.fixed.size() + plan.start.size()));
+  SpeciesAndShapes made =
+      makeSpecies(std::move(plans), problem.lumen, problem.request, problem.team, false, problem.notices);
+  problem.species = withCounts(std::move(made.species), counts);
+  problem.shapes = std::move(made.shapes);
+  problem.demanded = clearances;
+  for (SpeciesRequest& species : problem.request.species) species.inBlood = false;  // none are drawn from it
+  problem.atDemanded = partsAt(problem, {}, clearances);
+  problem.species =
+      withMeanVolumes(std::move(problem.species), averagePlaced(problem, problem.atDemanded.parts),
+                      problem.request.redCellVolume);
+  problem.read = linesOfPresent(problem.species);
+  return problem;
+}
+
 Problem withCorrectedProfile(Problem problem, const PackingResult& packed) {
   problem.layout.profile = correctedProfile(problem, packed);
   problem.atDemanded = partsAt(problem, problem.layout, problem.demanded);

@@ -34,6 +34,11 @@ Problem problemToCheck(const CompletedRequest& completed, const std::filesystem:
 Problem problemWithCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
                          const Clearances& clearances, const Communicator& ranks);
 
+/// The problem with other cells, which are where they are to be, whatever it asks for.
+/// @param plans of its species, with all of their cells @param clearances that they have
+/// @throws InputError, MeshError
+Problem withCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances);
+
 /// The problem with the numbers of cells in the shells of its profile corrected by a packing of it
 /// (correctedProfile()). All ranks call. Pre: it has a profile
 Problem withCorrectedProfile(Problem problem, const PackingResult& packed);

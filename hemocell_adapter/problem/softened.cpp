@@ -33,7 +33,7 @@ std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& 
 
 /// The species with these cells, which are all there; fixed ones stay.
 std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& packed,
-                                   const std::vector<SoftlyPackedCell>& cells) {
+                                   const std::vector<Cell>& cells) {
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
   for (std::size_t s = 0; s < plans.size(); ++s) {
     SpeciesPlan& species = plans[s];
@@ -46,10 +46,9 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& pa
     species.ownTriangles = problem.species[s].shape->mesh().triangles;
     species.blood = {};
     species.startFrom = "packing soft cells";
-    species.ratio.reset();
     species.stock = 0;
   }
-  for (const SoftlyPackedCell& cell : cells) {
+  for (const Cell& cell : cells) {
     std::vector<PresentCell>& start = plans[packed.parts[cell.species].species].start;
     // The angles of a line stand for a rotation up to rounding, which the vertices make up for.
     const PosLine line = posLineOf(cell.pose);
@@ -57,32 +56,7 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& pa
     start.emplace_back(line);
     for (const Vec3& v : cell.vertices) start.back().vertices.push_back(turned * v);
   }
-  for (SpeciesPlan& species : plans)
-    species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
   return plans;
-}
-
-/// The problem of these cells, which states the request of the one that they were packed for.
-Problem problemOfCells(const Problem& problem, const PackedParts& packed, const Clearances& clearances,
-                       const std::vector<SoftlyPackedCell>& cells) {
-  CompletedRequest there{problem.request, problem.simulation, {}, {}};
-  there.request.regions.clear();
-  there.request.profile.reset();
-  there.request.dischargeHematocrit.reset();
-  there.request.hematocrit.reset();
-  for (SpeciesRequest& species : there.request.species) species.inBlood = false;
-  there.preInlet = problem.preInlet;
-  Problem made = problemWithCells(there, softPlans(problem, packed, cells), clearances, problem.ranks);
-  made.request = problem.request;
-  for (SpeciesRequest& species : made.request.species) species.inBlood = false;
-  made.hematocrit = problem.hematocrit;
-  made.layout.profile = problem.layout.profile;
-  for (std::size_t s = 0; s < made.species.size(); ++s) {
-    made.species[s].statedCount = problem.species[s].statedCount;
-    made.species[s].ratio = problem.species[s].ratio;
-    made.species[s].ofRegions = problem.species[s].ofRegions;
-  }
-  return made;
 }
 
 /// Deviations that packing undeformed cells tolerates, and that are not worth telling [µm; rad].
@@ -90,9 +64,9 @@ constexpr double littleOutside = 0.01, littleTurned = 1e-3;
 
 /// Cells that were kept in regions and to directions before they grew, and are not any more.
 std::optional<std::string> strayWarning(const Problem& problem, const PackedParts& packed,
-                                        const std::vector<SoftlyPackedCell>& cells) {
+                                        const std::vector<Cell>& cells) {
   std::int64_t outside = 0, turned = 0;
-  for (const SoftlyPackedCell& cell : cells) {
+  for (const Cell& cell : cells) {
     const Freedom& freedom = packed.parts[cell.species].cells.freedom;
     if (freedom.region && freedom.region->distance(cell.pose.position).distance < -littleOutside) ++outside;
     if (freedom.cone && freedom.cone->angle(cell.pose.orientation) > freedom.cone->spread + littleTurned)
@@ -107,30 +81,6 @@ std::optional<std::string> strayWarning(const Problem& problem, const PackedPart
                         cells.size());
   if (text.empty()) return {};
   return text + ": soft cells are kept to these only until they grow";
-}
-
-/// What is in regions at the end.
-std::vector<std::string> regionLines(const Problem& problem, const PackedParts& packed,
-                                     const std::vector<SoftlyPackedCell>& cells) {
-  const std::vector<LumenRegion>& regions = problem.layout.regions;
-  std::vector<std::string> lines;
-  for (std::size_t r = 0; r < regions.size(); ++r) {
-    std::string text;
-    double redVolume = 0.0;
-    for (std::size_t s = 0; s < problem.species.size(); ++s) {
-      const CellSpecies& species = problem.species[s];
-      std::int64_t here = 0;
-      for (const SoftlyPackedCell& cell : cells)
-        here +=
-            packed.parts[cell.species].species == int(s) && regionAt(regions, cell.pose.position) == int(r);
-      for (const PosLine& line : species.fixed) here += regionAt(regions, line.position) == int(r);
-      if (species.redCell) redVolume += double(here) * species.meanVolume;
-      text += fmt::format(", {} {}", here, species.name);
-    }
-    lines.push_back(fmt::format("Hematocrit of {}: {:.4f}{} with their centres in it", regions[r].name,
-                                redVolume / (problem.referenceVolume() * regions[r].share), text));
-  }
-  return lines;
 }
 
 std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
@@ -194,8 +144,7 @@ Softened softened(const Problem& problem, const std::function<bool()>& interrupt
                       levels.front().wall));
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));
-    made.lines = regionLines(problem, packed, soft.cells);
-    made.problem = problemOfCells(problem, packed, levels[n], soft.cells);
+    made.problem = withCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
     return made;
   }
   return made;

@@ -18,7 +18,6 @@ struct Softened {
   bool fewer = false;   ///< it has fewer cells than requested (--best-effort)
   std::string failure;  ///< why not all could be packed: "the cells had grown to 0.91 of their size"
   Notices notices;
-  std::vector<std::string> lines;  ///< where the cells of regions are
 };
 
 /// Packs the cells of a problem, which may deform (packMesh/soft/soft_packing.h). All ranks call. If

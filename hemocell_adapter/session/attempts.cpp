@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
@@ -63,14 +64,13 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
 }
 
 /// Warns of cells at the wall, which are soon lost.
-void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing,
+void warnOfNoRoom(const std::vector<Clearances>& levels, const PackingResult& packing,
                   const Problem& problem) {
-  if (packing.result.outcome != Outcome::certified || !problem.lumen.solidWalls ||
-      !problem.lumen.container->wall())
+  if (packing.outcome != Outcome::certified || !problem.lumen.solidWalls || !problem.lumen.container->wall())
     return;
   if (problem.request.soft) return;  // said of soft cells when they are made
   if (levels.size() == 1) {          // stated, or the cells stay where they are
-    const double gap = packing.result.certificate.minimumWallGap;
+    const double gap = packing.certificate.minimumWallGap;
     if (triesMoreClearance(problem.request) && problem.request.choosesWallClearance() &&
         gap < leastWallRoom(problem.request))
       log::warning(fmt::format(
@@ -79,8 +79,7 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
           gap, named("wall-clearance", fmt::format("{:.6g}", problem.request.dx))));
     return;
   }
-  const bool room =
-      packing.clearances.wall > levels.back().wall || packing.clearances.membranes > levels.back().membranes;
+  const bool room = packing.wallClearance > levels.back().wall || packing.clearance > levels.back().membranes;
   if (room) return;
   log::warning(fmt::format(
       "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
@@ -91,13 +90,14 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 
 }  // namespace
 
-Attempts::Attempts(const Problem& problem, const OutputRequest& output, LumenSample& sample,
+Attempts::Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
                    const Hooks& hooks)
-    : problem_(problem),
+    : shared_(std::move(problem)),
+      problem_(*shared_),
       output_(output),
-      progress_(problem, sample),
+      progress_(problem_, sample),
       hooks_(hooks),
-      last_(problem.atDemanded) {}
+      last_(problem_.atDemanded) {}
 
 const PackedParts& Attempts::partsWith(const Clearances& clearances) {
   const auto have = [&](const PackedParts& parts) {
@@ -143,23 +143,27 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   return result;
 }
 
-Attempts::Found Attempts::withRoom(const Timer& timer, bool fewerCells) {
+Packing Attempts::withRoom(const Timer& timer, bool fewerCells) {
   const Communicator& ranks = problem_.ranks;
   const std::vector<Clearances> levels = clearanceLevels(problem_);
-  RoomyPacking packing = packWithRoom(
+  Packing packing(packWithRoom(
       problem_.request, levels, firstLevel(levels), problem_.mostCells(),
       [&] { return ranks.max(timer.wall()); },
       [&](const Clearances& clearances, AttemptLimits limits) {
         limits.fewerCells = limits.fewerCells && fewerCells;
         return (*this)(clearances, limits);
-      });
-  const bool ended = packing.result.outcome == Outcome::interrupted || ranks.any(isInterrupted());
+      }));
+  const bool ended = packing.outcome == Outcome::interrupted || ranks.any(isInterrupted());
   if (!ended) {
-    tellEffort(packing.result.statistics, ranks);
+    tellEffort(packing.statistics, ranks);
     warnOfNoRoom(levels, packing, problem_);
   }
   // Not the clearances of the last attempt: that may have failed after one that succeeded.
-  return {std::move(packing.result), partsWith(packing.clearances), std::move(end_)};
+  packing.packed = partsWith({packing.clearance, packing.wallClearance});
+  packing.problem = shared_;
+  packing.output = output_;
+  packing.state = std::move(end_);
+  return packing;
 }
 
 std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/session/progress_log.h"
 #include "packMesh/core/timer.h"
@@ -25,22 +27,18 @@ struct Hooks {
 class Attempts {
  public:
   /// @param sample of the lumen, for estimates of the time that is left
-  Attempts(const Problem& problem, const OutputRequest& output, LumenSample& sample, const Hooks& hooks = {});
+  Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
+           const Hooks& hooks = {});
 
   /// The first attempt continues from the state of `restart`.
   /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
   std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
 
-  struct Found {
-    PackingResult result;  ///< whose species are the parts
-    PackedParts packed;
-    std::optional<PackingState> state;  ///< of the result, if one is wanted
-  };
   /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
-  /// clearances unless interrupted. @param timer since packing began
+  /// clearances unless interrupted. Its cells are not counted yet. @param timer since packing began
   /// @param fewerCells if not all can be packed, whether the densest packing of fewer is searched for
-  Found withRoom(const Timer& timer, bool fewerCells = true);
+  Packing withRoom(const Timer& timer, bool fewerCells = true);
 
   /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);
@@ -53,6 +51,7 @@ class Attempts {
   const PackedParts& partsWith(const Clearances& clearances);
   bool isInterrupted() const { return hooks_.interrupted && hooks_.interrupted(); }
 
+  const std::shared_ptr<const Problem> shared_;
   const Problem& problem_;
   const OutputRequest& output_;
   ProgressLog progress_;

@@ -26,13 +26,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// A cell on the way to the rank that has its number.
-struct ReadCell {
-  std::int64_t id;
-  int species, shape;
-  PosLine line;
-};
-
 /// This rank's part of the cells of a state, which every rank has read.
 PosShare shareOf(const std::vector<PresentCell>& all, const Communicator& ranks) {
   const auto [first, end] = IdShares(static_cast<std::int64_t>(all.size()), ranks).own();
@@ -79,8 +72,8 @@ std::int64_t mostOverlaps(std::int64_t cells) {
 }
 
 std::int64_t countOverlaps(const Packing& checked) {
-  const Certificate& certificate = checked.result.certificate;
-  return certificate.moreOverlaps ? mostOverlaps(checked.result.cellCount)
+  const Certificate& certificate = checked.certificate;
+  return certificate.moreOverlaps ? mostOverlaps(checked.cellCount)
                                   : static_cast<std::int64_t>(certificate.overlapping.size());
 }
 
@@ -109,6 +102,16 @@ Certificate examine(const Problem& problem, const std::vector<PlacedCell>& own, 
   for (std::size_t s = 0; s < counts.size(); ++s)
     certificate.cellVolume += double(counts[s]) * problem.shapes[s]->volume();
   return certificate;
+}
+
+Packing countCells(Packing packing) {
+  const Problem& problem = *packing.problem;
+  packing.partCounts = packing.counts;
+  problem.ranks.sum(packing.partCounts);
+  std::vector<std::int64_t> counts = countsOf(problem, packing.cells);
+  problem.ranks.sum(counts);
+  packing.tally = tallyOf(problem, std::move(counts), excessVolumes(problem, packing.cells));
+  return packing;
 }
 
 Kept findKept(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading) {
@@ -168,7 +171,9 @@ Packing readCells(Problem problem, bool asRead) {
     });
   Packing found;
   std::vector<std::int64_t> counts;
-  std::vector<ReadCell> read;
+  std::vector<std::int64_t> ids;
+  std::vector<PlacedCell> read;
+  std::vector<PosLine> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     std::vector<std::string> warnings;
@@ -179,31 +184,30 @@ Packing readCells(Problem problem, bool asRead) {
     for (const std::string& warning : warnings) log::warning(warning);
     if (inState) found.kept.loading = Loading::plugIn;
     std::int64_t index = share.first;
-    read.reserve(read.size() + share.lines.size());
     for (const PosLine& line : share.lines) {
       const int own = inState ? species.start[index].shape : -1;
-      read.push_back(
-          {found.result.cellCount + index++, static_cast<int>(s), own < 0 ? static_cast<int>(s) : own, line});
+      ids.push_back(found.cellCount + index++);
+      read.push_back({std::int32_t(s), own < 0 ? std::int32_t(s) : own, placementOf(line)});
+      lines.push_back(line);
     }
     counts.push_back(share.all);
-    found.result.cellCount += share.all;
+    found.cellCount += share.all;
   }
-  read = IdShares(found.result.cellCount, ranks).collect(std::move(read));
-  found.result.cells.reserve(read.size());
-  found.result.poses.reserve(read.size());
-  auto lines = std::make_shared<ReadLines>();
-  for (const ReadCell& cell : read) {
-    found.result.cells.push_back({cell.species, cell.shape, placementOf(cell.line)});
-    found.result.poses.push_back(poseOf(cell.line));
-    if (asRead) lines->add(cell.line);
+  const IdShares shares(found.cellCount, ranks);
+  found.cells = shares.collect(ids, read);
+  lines = shares.collect(ids, lines);
+  found.poses.reserve(lines.size());
+  auto kept = std::make_shared<ReadLines>();
+  for (const PosLine& line : lines) {
+    found.poses.push_back(poseOf(line));
+    if (asRead) kept->add(line);
   }
-  problem.read = std::move(lines);
+  problem.read = std::move(kept);
   problem.species = withCounts(std::move(problem.species), counts);
   found.packed.clearances = problem.demanded;
-  found.tally = tallyOf(problem, std::move(counts), excessVolumes(problem, found.result.cells));
   found.problem = std::make_shared<const Problem>(std::move(problem));
   found.checked = true;
-  return found;
+  return countCells(std::move(found));
 }
 
 }  // namespace
@@ -219,8 +223,8 @@ Packing check(const CompletedRequest& completed, const std::filesystem::path& fo
   }
   if (hooks.made) hooks.made(problem);
   Packing found = readCells(std::move(problem), hooks.asRead);
-  found.result.certificate = examine(*found.problem, found.result.cells);
-  found.kept = findKept(*found.problem, found.result.cells, found.kept.loading);
+  found.certificate = examine(*found.problem, found.cells);
+  found.kept = findKept(*found.problem, found.cells, found.kept.loading);
   found.deformations = deformationsOf(found);
   found.times = {timer.cpu(), timer.wall()};
   return found;

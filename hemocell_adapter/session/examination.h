@@ -24,6 +24,9 @@ namespace packmesh::hemocell {
 /// @throws InputError; AgreedFailure if there are several ranks
 Certificate examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept = {});
 
+/// A packing with the numbers of its cells on all ranks. All ranks call.
+Packing countCells(Packing packing);
+
 /// What HemoCell keeps of cells, the same on all ranks. All ranks call.
 /// @param own as above @param loading how HemoCell gets them
 Kept findKept(const Problem& problem, const std::vector<PlacedCell>& own, Loading loading);

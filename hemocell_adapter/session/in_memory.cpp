@@ -52,7 +52,6 @@ Packing placeCells(const StateCells& state, const std::vector<int>& kinds,
   for (std::size_t s = 0; s < kinds.size(); ++s)
     if (kinds[s] >= 0) speciesOf[kinds[s]] = std::int32_t(s);
   Packing packing;
-  PackingResult& result = packing.result;
   std::map<std::size_t, std::vector<Vec3>> others;
   for (const Cell& cell : state.cells) {
     const std::int32_t species = speciesOf[cell.species];
@@ -62,15 +61,15 @@ Packing placeCells(const StateCells& state, const std::vector<int>& kinds,
       if (named < problem->shapes.size() && problem->shapes[named]->mesh().vertices == cell.vertices)
         shape = cell.shape;
       else
-        others[result.cells.size()] = cell.vertices;
+        others[packing.cells.size()] = cell.vertices;
     }
-    result.cells.push_back({species, shape, placementOf(problem->read->lineOf(cell.pose))});
-    result.poses.push_back(cell.pose);
+    packing.cells.push_back({species, shape, placementOf(problem->read->lineOf(cell.pose))});
+    packing.poses.push_back(cell.pose);
   }
-  result.cellCount = problem->ranks.sum(std::int64_t(state.cells.size()));
+  packing.cellCount = problem->ranks.sum(std::int64_t(state.cells.size()));
   if (problem->ranks.any(!others.empty())) {
     auto with = std::make_shared<Problem>(*problem);
-    deform(result.cells, others, with->shapes, problem->ranks);
+    deform(packing.cells, others, with->shapes, problem->ranks);
     problem = std::move(with);
   }
   packing.problem = std::move(problem);
@@ -138,14 +137,10 @@ Packing completePacking(const StateCells& cells, const fs::path& file, const Com
   Packing packing = placeCells(cells, kinds, problem);
   packing.output = output;
   packing.packed = packing.problem->atDemanded;
+  packing = countCells(std::move(packing));
   const Problem& with = *packing.problem;
-  PackingResult& result = packing.result;
-  const Loading loading = loadingOf(with, result.cells);
-  result.certificate = examine(with, result.cells);
-  std::vector<std::int64_t> counts = countsOf(with, result.cells);
-  ranks.sum(counts);
-  packing.tally = tallyOf(with, std::move(counts), excessVolumes(with, result.cells));
-  packing.kept = findKept(with, result.cells, loading);
+  packing.certificate = examine(with, packing.cells);
+  packing.kept = findKept(with, packing.cells, loadingOf(with, packing.cells));
   packing.deformations = deformationsOf(packing);
   return packing;
 }
@@ -171,7 +166,7 @@ std::vector<int> findKinds(const Problem& problem, const std::vector<StateCells:
 
 std::vector<PosLine> posLinesOf(const Packing& packing) {
   std::vector<PosLine> lines;
-  for (const Pose& pose : packing.result.poses) lines.push_back(packing.problem->read->lineOf(pose));
+  for (const Pose& pose : packing.poses) lines.push_back(packing.problem->read->lineOf(pose));
   return lines;
 }
 
@@ -194,21 +189,20 @@ void writePosFiles(const fs::path& folder,
 
 void savePacking(const Packing& packing, const fs::path& file) {
   const Communicator& ranks = packing.ranks();
-  const PackingResult& result = packing.result;
   PackingState state;
   state.position.stage = Stage::certificate;
-  state.position.fewer = result.outcome == Outcome::outOfReach;
-  state.cellCount = result.cellCount;
+  state.position.fewer = packing.outcome == Outcome::outOfReach;
+  state.cellCount = packing.cellCount;
   const CellMeasures own = measuresOf(packing);
   std::vector<BodyState> bodies;
   std::vector<std::int64_t> ids;
-  std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
-  for (std::size_t part = 0, i = 0; part < result.counts.size(); ++part)
-    for (std::int64_t n = 0; n < result.counts[part]; ++n, ++i, ++id) {
-      bodies.push_back(stateOf(id, int(part), result.cells[i].shape, result.poses[i]));
+  std::int64_t id = ranks.sumBefore({std::int64_t(packing.poses.size())}).front();
+  for (std::size_t part = 0, i = 0; part < packing.counts.size(); ++part)
+    for (std::int64_t n = 0; n < packing.counts[part]; ++n, ++i, ++id) {
+      bodies.push_back(stateOf(id, int(part), packing.cells[i].shape, packing.poses[i]));
       ids.push_back(id);
     }
-  const IdShares shares(result.cellCount, ranks);
+  const IdShares shares(packing.cellCount, ranks);
   state.cells = shares.collect(std::move(bodies));
   state.measures = shares.collect(ids, own);
   state.columns = deformationColumns(*packing.problem, packing.packed, state.cells);
@@ -223,11 +217,11 @@ StateCells cellsOf(const Packing& packing, const std::vector<StateCells::Kind>& 
   state.species = kinds;
   state.box = problem.lumen.container->bounds();
   state.period = problem.lumen.container->period();
-  for (std::size_t i = 0; i < packing.result.cells.size(); ++i) {
-    const PlacedCell& placed = packing.result.cells[i];
+  for (std::size_t i = 0; i < packing.cells.size(); ++i) {
+    const PlacedCell& placed = packing.cells[i];
     Cell& cell = state.cells.emplace_back();
     cell.species = kindOf[placed.species];
-    cell.pose = packing.result.poses[i];
+    cell.pose = packing.poses[i];
     if (problem.isDeformed(placed)) cell.vertices = problem.shapes[placed.shape]->mesh().vertices;
   }
   return state;
@@ -278,8 +272,8 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
 }
 
 std::vector<CellColumn> columnsOf(const Packing& packing) {
-  std::vector<CellColumn> columns = packmesh::columnsOf(measuresOf(packing), packing.result.cells.size());
-  for (CellColumn& column : deformationColumns(*packing.problem, packing.result.cells))
+  std::vector<CellColumn> columns = packmesh::columnsOf(measuresOf(packing), packing.cells.size());
+  for (CellColumn& column : deformationColumns(*packing.problem, packing.cells))
     columns.push_back(std::move(column));
   return columns;
 }

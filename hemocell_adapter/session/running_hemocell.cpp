@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -52,11 +53,11 @@ Filling numbered(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const std::vector<BuiltCell>& types = problem.running()->cells;
   Filling filling;
-  for (std::size_t i = 0; i < packing.result.cells.size(); ++i) {
-    const PlacedCell& cell = packing.result.cells[i];
+  for (std::size_t i = 0; i < packing.cells.size(); ++i) {
+    const PlacedCell& cell = packing.cells[i];
     const BuiltCell* type = problem.running()->cell(problem.species[cell.species].name);
     filling.placements.push_back(cell.placement);
-    filling.cells.push_back({0, static_cast<std::int32_t>(type - types.data()), packing.result.poses[i]});
+    filling.cells.push_back({0, static_cast<std::int32_t>(type - types.data()), packing.poses[i]});
     if (problem.isDeformed(cell)) filling.cells.back().vertices = problem.shapes[cell.shape]->mesh().vertices;
   }
   return numbered(std::move(filling), types.size(), problem.ranks);
@@ -364,17 +365,18 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
 
 namespace {
 
-/// A cell as a state has it, and where its vertices are.
-struct SavedCell : BodyState {
+/// Where the vertices of a cell are: a rank, and an index into its cells.
+struct Whereabouts {
   int rank, index;
 };
 
 /// The vertices of these cells of all ranks, each as many as its template has. All ranks call.
-/// @param own cells of this rank
-std::vector<std::vector<Vec3>> verticesOf(const std::vector<SavedCell>& order, const std::vector<Cell>& own,
+/// @param at where they are @param own cells of this rank
+std::vector<std::vector<Vec3>> verticesOf(const std::vector<BodyState>& cells,
+                                          const std::vector<Whereabouts>& at, const std::vector<Cell>& own,
                                           const Physics& physics, const Communicator& ranks) {
   std::vector<std::vector<int>> asked(ranks.size());
-  for (const SavedCell& one : order) asked[one.rank].push_back(one.index);
+  for (const Whereabouts& one : at) asked[one.rank].push_back(one.index);
   std::vector<std::vector<Vec3>> sent(ranks.size());
   const std::vector<std::vector<int>> asking = ranks.exchange(asked);
   for (int rank = 0; rank < ranks.size(); ++rank)
@@ -384,10 +386,11 @@ std::vector<std::vector<Vec3>> verticesOf(const std::vector<SavedCell>& order, c
   std::vector<std::vector<Vec3>::const_iterator> next;
   for (const std::vector<Vec3>& vertices : received) next.push_back(vertices.begin());
   std::vector<std::vector<Vec3>> ordered;
-  for (const SavedCell& one : order) {
-    const auto first = next[one.rank];
-    next[one.rank] += std::ptrdiff_t(physics.shapeOf(one).mesh().vertices.size());
-    ordered.emplace_back(first, next[one.rank]);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    auto& end = next[at[i].rank];
+    const auto first = end;
+    end += std::ptrdiff_t(physics.shapeOf(cells[i]).mesh().vertices.size());
+    ordered.emplace_back(first, end);
   }
   return ordered;
 }
@@ -422,21 +425,25 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   PackingState state;
   state.position.stage = Stage::certificate;
   state.cellCount = cellCount;
-  std::vector<SavedCell> saved;  // numbered by type and number in HemoCell, then by their order
+  std::vector<std::int64_t> ids;  // by type and number in HemoCell, then by their order
+  std::vector<Whereabouts> at;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::int32_t part = partOf[cells[i].species];
-    saved.push_back({stateOf(cells[i].species * numbers + cells[i].id, part,
-                             packing.physics.species[part].shape, cells[i].pose),
-                     ranks.rank(), int(i)});
+    ids.push_back(cells[i].species * numbers + cells[i].id);
+    state.cells.push_back(stateOf(ids.back(), part, packing.physics.species[part].shape, cells[i].pose));
+    at.push_back({ranks.rank(), int(i)});
   }
-  saved = IdShares(std::int64_t(counts.size()) * numbers, ranks).collect(saved);
-  std::int64_t next = ranks.sumBefore({std::int64_t(saved.size())}).front();
-  for (SavedCell& cell : saved) cell.id = next++;
-  saved = IdShares(cellCount, ranks).collect(saved);
-  state.cells.assign(saved.begin(), saved.end());
+  const IdShares byNumber(std::int64_t(counts.size()) * numbers, ranks), byOrder(cellCount, ranks);
+  state.cells = byNumber.collect(std::move(state.cells));
+  at = byNumber.collect(ids, at);
+  ids.resize(state.cells.size());
+  std::iota(ids.begin(), ids.end(), ranks.sumBefore({std::int64_t(ids.size())}).front());
+  for (std::size_t i = 0; i < ids.size(); ++i) state.cells[i].id = ids[i];
+  state.cells = byOrder.collect(std::move(state.cells));
   const bool deformed = ranks.any(
       std::any_of(cells.begin(), cells.end(), [](const Cell& cell) { return !cell.vertices.empty(); }));
-  if (deformed) state.vertices = verticesOf(saved, cells, packing.physics, ranks);
+  if (deformed)
+    state.vertices = verticesOf(state.cells, byOrder.collect(ids, at), cells, packing.physics, ranks);
   const std::string origin =
       deformed ? fmt::format("iteration {}, cells as they were", iteration)
                : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, residual);

@@ -41,7 +41,7 @@ std::string outOfTimeText(double maxSeconds, const Delivery& delivery) {
 std::string fixedText(const Packing& packing) {
   std::int64_t fixed = 0;
   for (const CellSpecies& species : packing.problem->species) fixed += std::int64_t(species.fixed.size());
-  const std::int64_t missing = packing.problem->mostCells() - packing.result.cellCount;
+  const std::int64_t missing = packing.problem->mostCells() - packing.cellCount;
   if (fixed == 0 || missing <= 0) return {};
   return fmt::format("; {} cell{} fixed, and no place was found for {} further cell{}", fixed,
                      fixed == 1 ? " is" : "s are", missing, missing == 1 ? "" : "s");
@@ -50,59 +50,45 @@ std::string fixedText(const Packing& packing) {
 /// Why there is nothing to hand out if not all cells could be packed.
 std::string failureText(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
   const Problem& problem = *packing.problem;
-  const PackingResult& result = packing.result;
-  const bool begun = result.statistics.effort() > 0;
-  if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
+  const bool begun = packing.statistics.effort() > 0;
+  if (packing.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request.maxSeconds, delivery);
   const Forecast forecast = forecastOf(problem, sample);
   return reachedText(packing) + fixedText(packing) +
-         (result.cellCount == 0
+         (packing.cellCount == 0
               ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : softInstead(problem)) +
          ". " + roomText(problem, forecast, sample);
 }
 
-/// A result with the numbers of its cells on all ranks. All ranks call.
-Packing countCells(std::shared_ptr<const Problem> problem, const OutputRequest& output, PackedParts packed,
-                   PackingResult result) {
-  Packing packing;
-  packing.problem = std::move(problem);
-  packing.output = output;
-  packing.packed = std::move(packed);
-  packing.result = std::move(result);
-  const Problem& of = *packing.problem;
-  packing.partCounts = packing.result.counts;
-  of.ranks.sum(packing.partCounts);
-  std::vector<std::int64_t> counts = countsOf(of, packing.result.cells);
-  of.ranks.sum(counts);
-  packing.tally = tallyOf(of, std::move(counts), excessVolumes(of, packing.result.cells));
-  return packing;
+/// Whether all cells are packed, or those that are suffice.
+bool isEnough(const Packing& packing) {
+  return packing.outcome != Outcome::outOfReach ||
+         (packing.problem->request.bestEffort && packing.cellCount > 0);
 }
 
 /// @throws AgreedFailure unless all cells are packed, or those that are suffice
 void requireEnough(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
-  if (packing.result.outcome != Outcome::outOfReach) return;
-  if (!packing.problem->request.bestEffort || packing.result.cellCount == 0)
-    throw AgreedFailure({ExitCode::outOfReach, failureText(packing, delivery, sample)});
+  if (!isEnough(packing)) throw AgreedFailure({ExitCode::outOfReach, failureText(packing, delivery, sample)});
+  if (packing.outcome != Outcome::outOfReach) return;
   log::warning(fmt::format("{}; {} ({})", reachedText(packing), delivery.fewer, named("best-effort")));
 }
 
 /// @throws AgreedFailure if the certificate is not clean and complete, or if HemoCell would delete cells of a
 /// packing of which it keeps all
 void requireVerified(const Packing& packing, const Delivery& delivery) {
-  const PackingResult& result = packing.result;
+  const Certificate& certificate = packing.certificate;
   const Kept& kept = packing.kept;
-  const bool complete = result.certificate.cells == result.cellCount;
-  if (result.certificate.clean() && complete && kept.asExpected()) return;
+  if (isClean(certificate, kept) && certificate.cells == packing.cellCount) return;
   throw AgreedFailure(
       {ExitCode::internal,
        fmt::format("the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
                    "cells misplaced, {} self-intersecting, HemoCell would delete some: {}); {}. This is an "
                    "internal error; please report "
                    "it with the command",
-                   result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
-                   result.certificate.misplaced.size(), result.certificate.selfIntersecting.size(),
+                   certificate.cells, packing.cellCount, certificate.overlapping.size(),
+                   certificate.misplaced.size(), certificate.selfIntersecting.size(),
                    kept.asExpected() ? "no" : kept.reasons.front().first, delivery.nothing)});
 }
 
@@ -113,11 +99,6 @@ std::shared_ptr<const Problem> asRequested(const Problem& problem, const Problem
   auto made = std::make_shared<Problem>(problem);
   made->species = withCounts(std::move(made->species), counts);
   return made;
-}
-
-/// Whether a result will be handed out.
-bool isEnough(const Problem& problem, const PackingResult& result) {
-  return result.outcome != Outcome::outOfReach || (problem.request.bestEffort && result.cellCount > 0);
 }
 
 }  // namespace
@@ -178,71 +159,66 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
                      request.maxSeconds > 0.0 ? fmt::format(" ({})", durationText(request.maxSeconds)) : "",
                      soft.failure, delivery_.nothing)});
   tell(soft.notices);
-  for (const std::string& line : soft.lines) log::info(line);
   return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure : ""};
 }
 
-std::optional<Attempts::Found> Session::undeformed(const std::shared_ptr<const Problem>& requested,
-                                                   OutputRequest output) {
+std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>& requested,
+                                           OutputRequest output) {
   constexpr std::int64_t mostSweeps = 10000;
   constexpr double shareOfTime = 0.5;
   LumenSample& sample = sampleOf(requested);
   if (forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
-  Problem rigid = *requested;
-  Request& request = rigid.request;
+  const auto rigid = std::make_shared<Problem>(*requested);
+  Request& request = rigid->request;
   request.soft = false;
   request.maxSeconds *= shareOfTime;
   request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
   request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
   output.checkpointEvery = 0.0;
   Attempts attempts(rigid, output, sample, hooks_);
-  Attempts::Found found = attempts.withRoom(timer_, false);
-  if (found.result.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
+  Packing found = attempts.withRoom(timer_, false);
+  if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
-  if (found.result.outcome != Outcome::certified || found.result.cellCount == 0) return {};
+  if (found.outcome != Outcome::certified || found.cellCount == 0) return {};
+  found.problem = requested;
   return found;
 }
 
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
   together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
   makeStateFolder(output, ranks_);
-  Ready ready{requested, ""};
-  std::optional<Attempts::Found> found;
+  std::optional<Packing> found;
   if (requested->request.softIfNeeded) {
     found = undeformed(requested, output);
     log::info(found ? "Undeformed cells could be packed: none are soft"
                     : "Undeformed cells cannot be packed as requested: cells are soft");
   }
+  Ready ready{requested, ""};
   if (!found) {
     if (requested->request.soft) ready = withSoftCells(requested, output);
-    Attempts attempts(*ready.problem, output, sampleOf(ready.problem), hooks_);
+    Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_);
     found = attempts.withRoom(timer_);
     stateSaved_ = attempts.saved();
     stateSavedOnce_ = attempts.savedAny();
   }
-  Attempts::Found& packing = *found;
-  std::shared_ptr<const Problem> problem = ready.problem;
-  if (packing.result.outcome == Outcome::interrupted ||
-      ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
-    if (packing.state && savesCheckpoints(problem->request, output))  // it has just ended
-      stateSaved_ = saveAsCheckpoint(*problem, output, {packing.packed, *packing.state});
+  Packing packing = std::move(*found);
+  const Problem& problem = *ready.problem;
+  if (packing.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
+    if (packing.state && savesCheckpoints(problem.request, output))  // it has just ended
+      stateSaved_ = saveAsCheckpoint(problem, output, {packing.packed, *packing.state});
     throwInterrupted(output);
   }
   if (!ready.whyFewer.empty()) {
-    packing.result.outcome = Outcome::outOfReach;
-    problem = asRequested(*problem, *requested);
+    packing.outcome = Outcome::outOfReach;
+    packing.problem = asRequested(problem, *requested);
   }
-  const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
-  Packing done = countCells(problem, output, std::move(packing.packed), std::move(packing.result));
-  done.whyFewer = std::move(ready.whyFewer);
-  if (repeats) {
-    done = repeatInTiles(std::move(done), packing.state.has_value());
-  } else {
-    done = verify(std::move(done));
-    done.state = std::move(packing.state);
-  }
-  done.times = {timer_.cpu(), timer_.wall()};
-  return done;
+  packing.output = output;
+  packing.whyFewer = std::move(ready.whyFewer);
+  const bool repeats = problem.request.isTiled() && isEnough(packing);
+  packing = countCells(std::move(packing));
+  packing = repeats ? repeatInTiles(std::move(packing)) : verify(std::move(packing));
+  packing.times = {timer_.cpu(), timer_.wall()};
+  return packing;
 }
 
 void Session::throwInterrupted(const OutputRequest& output) const {
@@ -263,7 +239,7 @@ LumenSample& Session::sampleOf(const std::shared_ptr<const Problem>& problem) {
 Packing Session::verify(Packing packing) {
   requireEnough(packing, delivery_, sampleOf(packing.problem));
   const Problem& problem = *packing.problem;
-  const std::vector<PlacedCell>& cells = packing.result.cells;
+  const std::vector<PlacedCell>& cells = packing.cells;
   packing.kept = delivery_.countedLater
                      ? Kept{Loading::plugIn, packing.tally.counts, excessVolumes(problem, cells), {}, {}}
                      : findKept(problem, cells, loadingOf(problem, cells));
@@ -272,11 +248,11 @@ Packing Session::verify(Packing packing) {
   return packing;
 }
 
-Packing Session::repeatInTiles(Packing before, bool withState) {
+Packing Session::repeatInTiles(Packing before) {
   const Problem& problem = *before.problem;
   std::shared_ptr<const Problem> big;
   together(ranks_, [&] {
-    big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before.result));
+    big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before));
   });
   tell(big->notices);
   const auto& times = problem.request.tiles;
@@ -284,16 +260,20 @@ Packing Session::repeatInTiles(Packing before, bool withState) {
       fmt::format("Repeated {} x {} x {} times: {}", times[0], times[1], times[2], lumenLines(*big).front()));
   PackingProblem packing = packingProblemOf(*big, big->atDemanded, hooks_.interrupted);
   std::optional<PackingState> end;
-  if (withState)
+  if (before.state)
     packing.checkpoints = Checkpoints{{}, [&](const PackingState& state) {
                                         if (isFinished(state, ranks_)) end = state;
                                       }};
-  PackingResult result = packmesh::pack(packing);
-  nameBySpecies(big->atDemanded, result);
-  if (result.outcome == Outcome::interrupted)
+  Packing done(packmesh::pack(packing));
+  nameBySpecies(big->atDemanded, done);
+  if (done.outcome == Outcome::interrupted)
     throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery_.interrupted)});
-  Packing done = verify(countCells(big, before.output, big->atDemanded, std::move(result)));
+  done.problem = big;
+  done.output = before.output;
+  done.packed = big->atDemanded;
   done.state = std::move(end);
+  done = verify(countCells(std::move(done)));
+  before.state.reset();
   done.before = std::make_shared<const Packing>(std::move(before));
   return done;
 }
@@ -303,11 +283,10 @@ void logSummary(const Packing& packing) {
   if (packing.deformations)
     for (const std::string& line : deformationLines(*packing.deformations)) log::info(line);
   const Problem& problem = *packing.problem;
-  for (const std::string& line : bloodLines(packing, deformedCounts(problem, packing.result.cells)))
-    log::info(line);
+  for (const std::string& line : bloodLines(packing, deformedCounts(problem, packing.cells))) log::info(line);
   for (const std::string& line : regionLines(packing)) log::info(line);
   if (!problem.layout.profile) return;
-  for (const std::string& line : profileLines(problem, reachedProfile(problem, packing.result.cells)))
+  for (const std::string& line : profileLines(problem, reachedProfile(problem, packing.cells)))
     log::info(line);
 }
 

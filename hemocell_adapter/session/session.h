@@ -86,11 +86,10 @@ class Session {
   /// Deformed cells, if undeformed ones cannot be packed.
   Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
   /// Undeformed cells as requested; nothing if they cannot be packed.
-  std::optional<Attempts::Found> undeformed(const std::shared_ptr<const Problem>& requested,
-                                            OutputRequest output);
+  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested, OutputRequest output);
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing);
-  Packing repeatInTiles(Packing before, bool withState);
+  Packing repeatInTiles(Packing before);
 
   const Delivery& delivery_;
   Hooks hooks_;

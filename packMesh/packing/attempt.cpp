@@ -76,7 +76,7 @@ Attempt::Attempt(const PackingProblem& problem, RunControl& control)
       written_(problem) {}
 
 bool Attempt::certifyAll(std::int64_t sweeps) {
-  if (over_) return false;
+  if (std::holds_alternative<GivenUp>(end_)) return false;
   const std::int64_t most = std::min(sweeps, problem_.execution.limits.maxSweeps);
   if (!placed_) {
     begin();
@@ -93,17 +93,19 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
   }
   const bool suspended = most < problem_.execution.limits.maxSweeps && placed_->relaxation.sweeps() >= most;
   if (suspended || control_.interrupted()) return false;
-  over_ = true;
+  end_ = GivenUp();
   return cleanByChance() || certifiedWithSomeCloser();
 }
 
 PackingResult Attempt::takeResult() {
   PackingResult result;
-  if (certified_ && !control_.interrupted()) {
-    result = std::move(*certified_);
+  if (auto* const certified = std::get_if<PackingResult>(&end_); certified && !control_.interrupted()) {
+    result = std::move(*certified);
   } else {
     result.outcome = control_.interrupted() ? Outcome::interrupted : Outcome::outOfReach;
   }
+  result.clearance = problem_.physics.clearance;
+  result.wallClearance = problem_.physics.wallClearance;
   endRelaxation();
   result.statistics = std::move(statistics_);
   return result;
@@ -151,8 +153,8 @@ void Attempt::place(std::vector<Body> bodies, const RunPosition& at, const Relax
 /// Whether the engine has brought all cells to full size; if so, they are ready for the certificate.
 bool Attempt::engineDone(std::int64_t iterations) {
   if (!engine_->run(iterations)) {
-    over_ =
-        !control_.interrupted() && (engine_->ended() || iterations >= problem_.execution.limits.maxSweeps);
+    if (!control_.interrupted() && (engine_->ended() || iterations >= problem_.execution.limits.maxSweeps))
+      end_ = GivenUp();
     return false;
   }
   takeFromEngine();
@@ -435,7 +437,7 @@ bool Attempt::certifiedWithSomeCloser() {
 /// Assigns every rank its share of the certified cells, sorted by id. @param whole none was left out
 void Attempt::deliver(const Certificate& certificate, bool whole) {
   const std::vector<BodyState> states = shares_.collect(placed_->relaxation.unsortedStates());
-  PackingResult& result = certified_.emplace();
+  PackingResult& result = end_.emplace<PackingResult>();
   result.poses.resize(states.size());
   result.cells.resize(states.size());
   problem_.execution.threads.forEachPart(
@@ -485,8 +487,8 @@ void Attempt::take(const PackingResult& fewer) {
   state.sweeps = placed_ ? placed_->relaxation.sweeps() : 0;
   place(std::move(bodies), {Stage::certificate, true, 0, {}}, state);
   repairs_.clear();
-  certified_ = fewer;
-  certified_->outcome = fewer.cellCount >= cells_ ? Outcome::certified : Outcome::outOfReach;
+  PackingResult& result = end_.emplace<PackingResult>(fewer);
+  result.outcome = fewer.cellCount >= cells_ ? Outcome::certified : Outcome::outOfReach;
 }
 
 void Attempt::keepEnd() {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "packMesh/certificate/certifier.h"
@@ -42,8 +43,8 @@ class Attempt {
   /// Replaces the cells by those of another attempt, certified, at fewer cells of the same species.
   void take(const PackingResult& fewer);
 
-  /// The certified cells, of which the statistics are still open: all, or fewer; empty: none so far.
-  const std::optional<PackingResult>& certifiedCells() const { return certified_; }
+  /// The certified cells, of which the statistics are still open: all, or fewer; nullptr: none so far.
+  const PackingResult* certifiedCells() const { return std::get_if<PackingResult>(&end_); }
 
   /// Whether cells have been placed, so that there is a state to save. Pre: states are saved
   bool hasBegun() const { return kept_.has_value(); }
@@ -73,6 +74,11 @@ class Attempt {
   bool settled(const RepairPolicy& policy);
   bool cleanByChance();
   bool startsClean();
+
+  /// How far it has come: cells are still moved; they are jammed, or a limit was reached; or they are
+  /// certified.
+  struct GoesOn {};
+  struct GivenUp {};
 
   /// Cells that have been placed, or taken from an engine, and are relaxed.
   struct Placed {
@@ -107,8 +113,7 @@ class Attempt {
   IdShares shares_;
   std::unique_ptr<EngineStage> engine_;  ///< of PackingProblem::engine
   std::optional<Placed> placed_;         ///< empty until there are cells of full size, and after their end
-  std::optional<PackingResult> certified_;
-  bool over_ = false;  ///< jammed, or a limit was reached
+  std::variant<GoesOn, GivenUp, PackingResult> end_;
   Repairs repairs_;
   WrittenCells written_;
   std::optional<PackingState> kept_;  ///< with cells of this rank, in any order, until they are needed

@@ -17,16 +17,12 @@ std::vector<BodyState> IdShares::collect(std::vector<Body> bodies) const {
 }
 
 CellMeasures IdShares::collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const {
-  struct Measured {
-    std::int64_t id;
-    MeasuresOfCell of;
-  };
-  std::vector<Measured> measured;
-  for (std::size_t i = 0; i < ids.size(); ++i) measured.push_back({ids[i], measuresOfCell(own, i)});
-  measured = collect(std::move(measured));
+  std::vector<MeasuresOfCell> measured;
+  for (std::size_t i = 0; i < ids.size(); ++i) measured.push_back(measuresOfCell(own, i));
+  measured = collect(ids, measured);
   CellMeasures all;
   all.resize(measured.size());
-  for (std::size_t i = 0; i < measured.size(); ++i) setMeasuresOfCell(all, i, measured[i].of);
+  for (std::size_t i = 0; i < measured.size(); ++i) setMeasuresOfCell(all, i, measured[i]);
   return all;
 }
 

@@ -27,15 +27,30 @@ class IdShares {
   /// call it.
   std::vector<BodyState> collect(std::vector<Body> bodies) const;
 
-  /// The same for the measures of cells. @param ids of each of them
-  CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const;
-
   /// The same for any plain type with an `id`.
   template <class T>
   std::vector<T> collect(std::vector<T> items) const {
     if (!communicator_.alone()) items = exchanged(std::move(items));
     return sorted(std::move(items));
   }
+
+  /// The same for what is known of cells. @param ids of each of them
+  template <class T>
+  std::vector<T> collect(const std::vector<std::int64_t>& ids, const std::vector<T>& own) const {
+    struct Known {
+      std::int64_t id;
+      T of;
+    };
+    std::vector<Known> known;
+    known.reserve(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) known.push_back({ids[i], own[i]});
+    known = collect(std::move(known));
+    std::vector<T> share;
+    share.reserve(known.size());
+    for (const Known& one : known) share.push_back(one.of);
+    return share;
+  }
+  CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const;
 
  private:
   /// Items are large; only their ids are sorted.

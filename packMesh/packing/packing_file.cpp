@@ -22,19 +22,21 @@ void append(std::vector<double>& to, const Vec3& v) {
   to.insert(to.end(), v.data(), v.data() + 3);
 }
 
-void writeKinds(Hdf5Writer& out, const std::vector<PackingTables::Kind>& kinds) {
+void writeSpecies(Hdf5Writer& out, const Physics& physics, const std::vector<TemplateSource>& sources) {
   out.group("/species");
-  for (std::size_t k = 0; k < kinds.size(); ++k) {
-    const std::string path = pathOfSpecies(k);
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
+    const Species& species = physics.species[s];
+    const TemplateSource source = sources.empty() ? TemplateSource() : sources[s];
+    const std::string path = pathOfSpecies(s);
     out.group(path);
-    out.attribute(path, "name", kinds[k].name);
-    out.attribute(path, "count", kinds[k].count);
-    out.attribute(path, "red", std::int64_t(kinds[k].red));
-    out.attribute(path, "unlike_file", kinds[k].unlikeFile);
+    out.attribute(path, "name", species.kindName());
+    out.attribute(path, "count", species.count);
+    out.attribute(path, "red", std::int64_t(species.inHematocrit));
+    out.attribute(path, "unlike_file", source.unlikeFile);
     std::vector<double> origin;
-    if (kinds[k].originInFile) append(origin, *kinds[k].originInFile);
+    if (source.originInFile) append(origin, *source.originInFile);
     out.commonTable(path + "/origin_in_file", 3, origin);
-    writeMesh(out, path, *kinds[k].mesh);
+    writeMesh(out, path, physics.shapeOf(species).mesh());
   }
 }
 
@@ -55,36 +57,44 @@ void writeFaults(Hdf5Writer& out, const Certificate& certificate) {
   out.commonTable("/faults/self_intersecting", 1, selfIntersecting);
 }
 
-void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
+void writeCells(Hdf5Writer& out, const Physics& physics, const PackingResult& packing,
+                const std::vector<CellColumn>& columns, const Communicator& ranks) {
   out.group("/cells");
   std::vector<double> positions, orientations;
-  for (const Pose& pose : tables.poses) {
-    append(positions, pose.position);
-    const Quaternion& q = pose.orientation;
+  std::vector<std::int32_t> species;
+  for (std::size_t i = 0; i < packing.cells.size(); ++i) {
+    species.push_back(packing.cells[i].species);
+    append(positions, packing.cells[i].placement.translation);
+    const Quaternion& q = packing.poses[i].orientation;
     orientations.insert(orientations.end(), {q.w(), q.x(), q.y(), q.z()});
   }
-  std::vector<std::int64_t> ids(tables.poses.size());
+  std::vector<std::int64_t> ids(packing.cells.size());
   std::int64_t next = ranks.sumBefore({std::int64_t(ids.size())}).front();
   for (std::int64_t& id : ids) id = next++;
   out.table("/cells/id", 1, ids);
-  out.table("/cells/species", 1, tables.kind);
+  out.table("/cells/species", 1, species);
   out.table("/cells/position", 3, positions);
   out.table("/cells/orientation", 4, orientations);
-  writeColumns(out, tables.columns);
+  writeColumns(out, columns);
   writeMembranes(
-      out, tables.kinds.size(), tables.kind,
-      [&](std::size_t cell) { return tables.vertices.empty() ? nullptr : tables.vertices[cell]; }, ranks);
+      out, physics.species.size(), species,
+      [&](std::size_t i) {
+        const PlacedCell& cell = packing.cells[i];
+        return physics.isDeformed(cell) ? &physics.shapeOf(cell).mesh().vertices : nullptr;
+      },
+      ranks);
 }
 
-void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
+void writeAll(Hdf5Writer& out, const Physics& physics, const PackingResult& packing,
+              const PackingDetails& details, const Communicator& ranks) {
   out.attribute("/", "kind", std::string("packMesh packing"));
   out.attribute("/", "version", packingVersion);
   out.attribute("/", "writer", writer());
   out.attribute("/", "unit", std::string("µm"));
-  writeKinds(out, tables.kinds);
-  if (tables.lumen) writeLumen(out, *tables.lumen);
-  writeCells(out, tables, ranks);
-  if (tables.certificate) writeFaults(out, *tables.certificate);
+  writeSpecies(out, physics, details.templates);
+  if (details.lumen) writeLumen(out, *physics.container);
+  writeCells(out, physics, packing, details.columns, ranks);
+  writeFaults(out, packing.certificate);
 }
 
 }  // namespace
@@ -145,18 +155,11 @@ void writeColumns(Hdf5Writer& out, const std::vector<CellColumn>& columns) {
   for (const CellColumn& column : columns) out.table("/cells/" + column.name, column.width, column.values);
 }
 
-std::unique_ptr<AtomicFiles> writtenPacking(const fs::path& file, const PackingTables& tables,
+std::unique_ptr<AtomicFiles> writtenPacking(const fs::path& file, const Physics& physics,
+                                            const PackingResult& packing, const PackingDetails& details,
                                             const Communicator& ranks) {
-  return writtenHdf5(file, ranks, 0, [&](Hdf5Writer& out) { writeAll(out, tables, ranks); });
-}
-
-void writePacking(const fs::path& file, const PackingTables& tables, const Communicator& ranks) {
-  const std::unique_ptr<AtomicFiles> files = writtenPacking(file, tables, ranks);
-  writeTogether(ranks, [&] {
-    if (ranks.rank() != 0) return;
-    files->end();
-    files->commit();
-  });
+  return writtenHdf5(file, ranks, 0,
+                     [&](Hdf5Writer& out) { writeAll(out, physics, packing, details, ranks); });
 }
 
 }  // namespace packmesh

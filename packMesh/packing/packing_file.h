@@ -12,12 +12,11 @@
 #include <vector>
 
 #include "packMesh/analysis/cell_measures.h"
-#include "packMesh/certificate/certificate.h"
 #include "packMesh/container/container.h"
-#include "packMesh/core/pose.h"
 #include "packMesh/io/atomic_files.h"
-#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/packing/packing_result.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -30,28 +29,19 @@ struct CellColumn {
   std::vector<double> values;
 };
 
-/// References meshes, lumen and certificate.
-struct PackingTables {
-  struct Kind {
-    std::string name;
-    const TriangleMesh* mesh = nullptr;
-    std::int64_t count = 0;  ///< cells, of all ranks
-    bool red = true;         ///< its volume counts in the hematocrit
-    /// Of a mesh that was read from a file and is packed as it is: the point of the file that is the origin
-    /// of the mesh [µm]; otherwise empty, and why there is none: "is turned or scaled".
-    std::optional<Vec3> originInFile = {};
-    std::string unlikeFile = {};
-  };
-  std::vector<Kind> kinds;           ///< the same on all ranks
-  const Container* lumen = nullptr;  ///< nullptr: is not written
-  /// Cells of this rank, preceded by those of lower ranks.
-  std::vector<std::int32_t> kind;  ///< indices into `kinds`
-  std::vector<Pose> poses;
-  std::vector<CellColumn> columns;
-  /// Of those with meshes of their own, in the order and frame of the template [µm]; nullptr for the others.
-  /// Empty: none.
-  std::vector<const std::vector<Vec3>*> vertices = {};
-  const Certificate* certificate = nullptr;  ///< of which the faults are written; nullptr: none
+/// What a template is to the file from which it was read.
+struct TemplateSource {
+  /// Of a mesh that is packed as it is: the point of the file that is the origin of the mesh [µm]; otherwise
+  /// empty, and why there is none: "is turned or scaled".
+  std::optional<Vec3> originInFile = {};
+  std::string unlikeFile = {};
+};
+
+/// What a file has beside the cells of a packing.
+struct PackingDetails {
+  std::vector<TemplateSource> templates = {};  ///< of each species; empty: not known
+  std::vector<CellColumn> columns = {};
+  bool lumen = false;  ///< also the lumen
 };
 
 /// What wrote a file, as it states.
@@ -81,15 +71,14 @@ void writeLumen(Hdf5Writer& out, const Container& lumen);
 /// Tables in the group `/cells`. All ranks call.
 void writeColumns(Hdf5Writer& out, const std::vector<CellColumn>& columns);
 
-/// Writes the file under a temporary name beside `file`. All ranks call.
-/// @return on the first rank: to be ended and committed, or to be removed with the object
+/// Writes the cells, as their placements say, and the faults of the certificate, under a temporary name
+/// beside `file`; the same cells give the same bytes on any number of ranks. All ranks call.
+/// @param physics to whose species and shapes the cells refer; it has the numbers of cells of all ranks
+/// @param packing cells of this rank, which those of lower ranks precede
+/// @return on the first rank: for commitTogether(), or to be removed with the object
 /// @throws OutputError on all ranks if that fails
-std::unique_ptr<AtomicFiles> writtenPacking(const std::filesystem::path& file, const PackingTables& tables,
+std::unique_ptr<AtomicFiles> writtenPacking(const std::filesystem::path& file, const Physics& physics,
+                                            const PackingResult& packing, const PackingDetails& details,
                                             const Communicator& ranks);
-
-/// Writes `file` completely or not at all. The same cells give the same bytes on any number of ranks. All
-/// ranks call.
-/// @throws OutputError on all ranks if that fails
-void writePacking(const std::filesystem::path& file, const PackingTables& tables, const Communicator& ranks);
 
 }  // namespace packmesh

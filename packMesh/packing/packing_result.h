@@ -46,8 +46,11 @@ struct Statistics {
   const char* unit() const { return engine ? "iterations" : "sweeps"; }
 };
 
+/// Cells with what is known of them.
 struct PackingResult {
   Outcome outcome = Outcome::certified;
+  /// Least gaps between membranes and to the wall that were required of the cells [µm].
+  double clearance = 0.0, wallClearance = 0.0;
   /// Sorted by species, then by id: of this rank, preceded by those of lower ranks. All requested cells if
   /// certified (and those from a reserve); if not feasible, the densest certified packing found (see
   /// `searched`), or none without Limits::fewerCells; none if interrupted.

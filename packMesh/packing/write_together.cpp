@@ -34,4 +34,12 @@ std::unique_ptr<AtomicFiles> writtenHdf5(const std::filesystem::path& file, cons
   return files;
 }
 
+void commitTogether(std::unique_ptr<AtomicFiles> files, const Communicator& ranks) {
+  writeTogether(ranks, [&] {
+    if (ranks.rank() != 0) return;
+    files->end();
+    files->commit();
+  });
+}
+
 }  // namespace packmesh

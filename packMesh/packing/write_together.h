@@ -27,4 +27,8 @@ std::unique_ptr<AtomicFiles> writtenHdf5(const std::filesystem::path& file, cons
                                          std::uint64_t userBlock,
                                          const std::function<void(Hdf5Writer&)>& content);
 
+/// Gives a file that was written under a temporary name its own. All ranks call.
+/// @throws OutputError on all ranks if that fails
+void commitTogether(std::unique_ptr<AtomicFiles> files, const Communicator& ranks);
+
 }  // namespace packmesh

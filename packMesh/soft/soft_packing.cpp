@@ -353,16 +353,14 @@ class SoftPacker {
     return most;
   }
 
-  std::vector<SoftlyPackedCell> result() const {
+  std::vector<Cell> result() const {
     const SoftCells& cells = *cells_;
-    std::vector<SoftlyPackedCell> out;
+    std::vector<Cell> out;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
       if (physics_.species[s].freedom.fixed) continue;
-      SoftlyPackedCell cell;
-      cell.species = s;
+      Cell cell{std::int64_t(out.size()), s, poses_[i]};
       if (!grows_[s]) {
-        cell.pose = poses_[i];
         if (small_.isDeformed(placed_[i])) cell.vertices = small_.shapeOf(placed_[i]).mesh().vertices;
         out.push_back(std::move(cell));
         continue;

@@ -7,6 +7,7 @@
 
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
+#include "packMesh/problem/cell.h"
 #include "packMesh/soft/membrane.h"
 
 namespace packmesh {
@@ -20,19 +21,13 @@ struct SoftSpecies {
   bool rigid = false;  ///< they are placed with their full size, and stay while others grow
 };
 
-/// A cell after packing. Its mesh is pose.placement() of these vertices.
-struct SoftlyPackedCell {
-  int species = 0;
-  Pose pose;                   ///< that of the template that fits best
-  std::vector<Vec3> vertices;  ///< in the order and frame of the template [µm]; empty: those of the template
-};
-
 struct SoftPacking {
   Outcome outcome = Outcome::outOfReach;
-  /// Of all ranks, by species; none if undeformed cells can be packed (startScale 1). If not all could be
-  /// packed, none, or with SoftLimits::fewerCells those that could; what follows is what all of them reached.
-  /// Fixed cells are left out, since they stay as they are.
-  std::vector<SoftlyPackedCell> cells;
+  /// Of all ranks, by species of the physics, at the poses of the templates that fit best; none if undeformed
+  /// cells can be packed (startScale 1). If not all could be packed, none, or with SoftLimits::fewerCells
+  /// those that could; what follows is what all of them reached. Fixed cells are left out, since they stay as
+  /// they are.
+  std::vector<Cell> cells;
   double startScale = 1.0;  ///< of the undeformed cells that were packed first
   double scale = 1.0;       ///< smallest of a cell at the end
   Deformation most;         ///< largest force and largest changes of a cell at the end

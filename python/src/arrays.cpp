@@ -72,7 +72,7 @@ std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
 
 const std::vector<Vec3>* HeldCells::ownVertices(std::size_t cell) const {
   if (packing) {
-    const PlacedCell& placed = packing->result.cells[cell];
+    const PlacedCell& placed = packing->cells[cell];
     const Problem& problem = *packing->problem;
     return problem.isDeformed(placed) ? &problem.shapes[placed.shape]->mesh().vertices : nullptr;
   }
@@ -81,7 +81,7 @@ const std::vector<Vec3>* HeldCells::ownVertices(std::size_t cell) const {
 }
 
 Placement HeldCells::placement(std::size_t cell) const {
-  return packing ? packing->result.cells[cell].placement : placementOf(posLineOf(loaded->cells[cell].pose));
+  return packing ? packing->cells[cell].placement : placementOf(posLineOf(loaded->cells[cell].pose));
 }
 
 std::shared_ptr<const Request> HeldCells::asked() const {

@@ -21,12 +21,12 @@ struct HeldCells {
   std::vector<int> kindOf;                                     ///< of each species of the packing
   std::shared_ptr<const packmesh::StateCells> loaded;          ///< nullptr: there is a packing
 
-  std::size_t size() const { return packing ? packing->result.cells.size() : loaded->cells.size(); }
+  std::size_t size() const { return packing ? packing->cells.size() : loaded->cells.size(); }
   const packmesh::Pose& pose(std::size_t cell) const {
-    return packing ? packing->result.poses[cell] : loaded->cells[cell].pose;
+    return packing ? packing->poses[cell] : loaded->cells[cell].pose;
   }
   int kind(std::size_t cell) const {
-    return packing ? kindOf[packing->result.cells[cell].species] : loaded->cells[cell].species;
+    return packing ? kindOf[packing->cells[cell].species] : loaded->cells[cell].species;
   }
   /// Vertices of a cell that has a mesh of its own, in the frame of the template [µm]; nullptr: it has that.
   const std::vector<packmesh::Vec3>* ownVertices(std::size_t cell) const;

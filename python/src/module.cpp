@@ -178,7 +178,7 @@ py::dict examined(PythonPacking& packing, bool asState) {
   Certificate certificate;
   Kept kept;
   withPacking(packing, [&](const Packing& packed) {
-    const std::vector<PlacedCell>& cells = packed.result.cells;
+    const std::vector<PlacedCell>& cells = packed.cells;
     const Loading loading = asState ? Loading::plugIn : loadingOf(*packed.problem, cells);
     certificate = examine(*packed.problem, cells, packed.packed.clearances);
     kept = findKept(*packed.problem, cells, loading);
@@ -213,7 +213,7 @@ py::dict checkFiles(const py::dict& stated, const std::optional<fs::path>& table
     }
     return cells;
   });
-  py::dict all = examinationOf(checked, checked.result.certificate, checked.kept);
+  py::dict all = examinationOf(checked, checked.certificate, checked.kept);
   all["report"] = report;
   all["written"] = written;
   all["require_writable"] = py::cpp_function([problem = checked.problem](const std::vector<fs::path>& files) {
@@ -281,7 +281,7 @@ py::list countsByName(const PythonPacking& packing) {
 py::dict columnsByName(PythonPacking& packing) {
   double measured = 0.0;
   std::vector<CellColumn> columns = withPacking(packing, [&](const Packing& cells) {
-    measured = cells.result.certificate.gapsMeasuredUpTo;
+    measured = cells.certificate.gapsMeasuredUpTo;
     return columnsOf(cells);
   });
   py::dict all;
@@ -364,8 +364,7 @@ void addPacking(py::module_& module) {
       .def_property_readonly("growth_frames", &framesOf)
       .def_property_readonly("complete",
                              [](const PythonPacking& p) {
-                               return !p.held->packing ||
-                                      p.held->packing->result.outcome == Outcome::certified;
+                               return !p.held->packing || p.held->packing->outcome == Outcome::certified;
                              })
       .def("deformed", &hasDeformed)
       .def_property_readonly("positions", &positionsOf)
@@ -377,8 +376,7 @@ void addPacking(py::module_& module) {
       .def("hematocrit", &hematocritOf)
       .def("certificate",
            [](PythonPacking& p) {
-             return certificateOf(
-                 withPacking(p, [](const Packing& cells) { return cells.result.certificate; }));
+             return certificateOf(withPacking(p, [](const Packing& cells) { return cells.certificate; }));
            })
       .def("check", &examined, py::arg("as_state") = false)
       .def("columns", &columnsByName)

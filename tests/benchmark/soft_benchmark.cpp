@@ -54,7 +54,7 @@ bool run(const std::string& name, std::shared_ptr<const Container> lumen, std::i
   std::vector<PlacedCell> placed;
   std::vector<double> forces;
   double volume = 0.0, area = 0.0, triangle = 0.0;
-  for (const SoftlyPackedCell& cell : packed.cells) {
+  for (const Cell& cell : packed.cells) {
     placed.push_back({0, std::int32_t(problem.physics.shapes.size()), cell.pose.placement()});
     problem.physics.shapes.push_back(std::make_shared<const Shape>(cell.vertices, redCell()));
     const Deformation deformation = deformationOf(membrane, cell.vertices);

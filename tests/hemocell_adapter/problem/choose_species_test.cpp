@@ -37,7 +37,8 @@ TEST_CASE("A hematocrit adds red cells and platelets to the species that are sta
   CHECK(all.species[1].ratio == packCellsPlateletRatio);
   CHECK(all.species[2].count == 2);
   CHECK(all.hematocrit == 0.3);
-  CHECK(namesOfChosen(chosenSpecies({"30", "30", "30", "--hematocrit", "0.3", "--plt_ratio", "0"})) == NamesOfSpecies{"RBC"});
+  CHECK(namesOfChosen(chosenSpecies({"30", "30", "30", "--hematocrit", "0.3", "--plt_ratio", "0"})) ==
+        NamesOfSpecies{"RBC"});
   CHECK(namesOfChosen(chosenSpecies({"30", "30", "30", "--wbc", "2"})) == NamesOfSpecies{"WBC"});
 }
 

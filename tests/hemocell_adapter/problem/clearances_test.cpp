@@ -27,7 +27,7 @@ struct Packer {
   std::vector<AttemptLimits> limits = {};
   double seconds = 0.0;
 
-  RoomyPacking pack(const Request& request, const std::vector<Clearances>& levels, std::size_t first = 0) {
+  PackingResult pack(const Request& request, const std::vector<Clearances>& levels, std::size_t first = 0) {
     return packWithRoom(
         request, levels, first, 1000, [this] { return seconds; },
         [this](const Clearances& c, const AttemptLimits& l) {
@@ -36,6 +36,8 @@ struct Packer {
           seconds += 1.0;
           PackingResult result;
           result.outcome = rule(c);
+          result.clearance = c.membranes;
+          result.wallClearance = c.wall;
           return std::optional<PackingResult>(std::move(result));
         });
   }
@@ -105,7 +107,7 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
   Request request;
   request.method = Method::cat;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  CHECK(packer.pack(request, threeLevels).clearances.wall == 0.25);
+  CHECK(packer.pack(request, threeLevels).wallClearance == 0.25);
   CHECK(packer.limits[0].maxSweeps == 100);
 
   const TemporaryFolder folder;
@@ -121,16 +123,16 @@ TEST_CASE("Clearance levels are tried until one is certified, the last one witho
           "[clearances]") {
   Request request;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const RoomyPacking packing = packer.pack(request, threeLevels);
-  CHECK(packing.clearances.wall == 0.25);
+  const PackingResult packing = packer.pack(request, threeLevels);
+  CHECK(packing.wallClearance == 0.25);
   REQUIRE(packer.tried.size() == 2);
   CHECK_FALSE(packer.limits[0].fewerCells);
   CHECK(packer.limits[0].maxSweeps > 0);
 
   Packer hard{[](const Clearances&) { return Outcome::outOfReach; }};
   request.maxSeconds = 10.0;
-  const RoomyPacking fewer = hard.pack(request, threeLevels);
-  CHECK(fewer.result.outcome == Outcome::outOfReach);
+  const PackingResult fewer = hard.pack(request, threeLevels);
+  CHECK(fewer.outcome == Outcome::outOfReach);
   REQUIRE(hard.tried.size() == 3);
   CHECK(hard.limits[0].maxSeconds < 3.0);
   CHECK(hard.limits[2].maxSweeps == 0);
@@ -138,11 +140,11 @@ TEST_CASE("Clearance levels are tried until one is certified, the last one witho
   CHECK(hard.limits[2].fewerCells);
 
   Packer stopped{[](const Clearances&) { return Outcome::interrupted; }};
-  CHECK(stopped.pack(request, threeLevels).result.outcome == Outcome::interrupted);
+  CHECK(stopped.pack(request, threeLevels).outcome == Outcome::interrupted);
   CHECK(stopped.tried.size() == 1);
 
   Packer continued{[](const Clearances&) { return Outcome::certified; }};
-  CHECK(continued.pack(request, threeLevels, 1).clearances.wall == 0.25);
+  CHECK(continued.pack(request, threeLevels, 1).wallClearance == 0.25);
 }
 
 TEST_CASE("The largest clearance is found to two per cent, or to what the time limit permits",
@@ -151,11 +153,11 @@ TEST_CASE("The largest clearance is found to two per cent, or to what the time l
   request.largestClearance = true;
   Packer packer{
       [](const Clearances& c) { return c.membranes <= 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const RoomyPacking packing = packer.pack(request, threeLevels);
-  CHECK(packing.result.outcome == Outcome::certified);
-  CHECK(packing.clearances.membranes <= 0.3);
-  CHECK(packing.clearances.membranes >= 0.98 * 0.3 - 0.001);
-  CHECK(packing.clearances.wall == 0.5);
+  const PackingResult packing = packer.pack(request, threeLevels);
+  CHECK(packing.outcome == Outcome::certified);
+  CHECK(packing.clearance <= 0.3);
+  CHECK(packing.clearance >= 0.98 * 0.3 - 0.001);
+  CHECK(packing.wallClearance == 0.5);
   CHECK(packer.tried.size() < 12);
   CHECK(packer.limits.back().maxSweeps == 600);
 
@@ -166,8 +168,8 @@ TEST_CASE("The largest clearance is found to two per cent, or to what the time l
 
   Packer hurried{packer.rule};
   request.maxSeconds = 3.0;
-  const RoomyPacking some = hurried.pack(request, threeLevels);
-  CHECK(some.result.outcome == Outcome::certified);
+  const PackingResult some = hurried.pack(request, threeLevels);
+  CHECK(some.outcome == Outcome::certified);
   CHECK(hurried.tried.size() == 3);
 }
 

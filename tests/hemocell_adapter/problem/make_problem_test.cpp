@@ -118,3 +118,24 @@ TEST_CASE("A box that is repeated is a problem of its own, with all cells where 
   CHECK((big.species[0].start[1].position - big.species[0].start[0].position - Vec3(12, 0, 0)).norm() <
         1e-12);  // images follow each other
 }
+
+TEST_CASE("A problem with other cells has these, and asks for what it asked for", "[make]") {
+  const Problem problem = planned(inTube({"--hematocrit", "0.1", "--wall-clearance", "0.2"}));
+  std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
+  plans[0].start = {PosLine{{10, 0, 0}, {90, 0, 0}}, PosLine{{20, 0, 0}, {90, 0, 0}}};
+  plans[0].start[1].vertices = scaledBy(1.1, problem.species[0].shape->mesh().vertices);
+  plans[0].ownTriangles = problem.species[0].shape->mesh().triangles;
+  const Problem made = withCells(problem, plans, {0.05, 0.3});
+  CHECK(made.species[0].count == 2);
+  CHECK(made.request.hematocrit == 0.1);
+  CHECK(made.hematocrit == 0.1);
+  CHECK(made.lumen.container == problem.lumen.container);
+  CHECK(made.demanded.wall == 0.3);
+  CHECK(made.atDemanded.clearances.membranes == 0.05);
+  REQUIRE(made.atDemanded.parts.size() == 1);
+  CHECK(made.atDemanded.parts[0].cells.placed() == 2);
+  CHECK(made.hasDeformed());
+  const double volume = problem.species[0].shape->volume();
+  CHECK(made.species[0].meanVolume == Approx(0.5 * (1.0 + 1.331) * volume));
+  CHECK(problem.species[0].count > 2);
+}

@@ -68,7 +68,7 @@ TEST_CASE("A packing that was saved is loaded with the same cells, and completed
   REQUIRE(requestOfCells(cells, file));
   const Packing loaded = completePacking(cells, file, Communicator());
   CHECK(formatPosLines(posLinesOf(packing)) == formatPosLines(posLinesOf(loaded)));
-  CHECK(loaded.result.certificate.clean());
+  CHECK(loaded.certificate.clean());
   CHECK(loaded.tally.redMesh == packing.tally.redMesh);
   CHECK(loaded.kept.kept == packing.kept.kept);
   const StateCells gathered = gatherCells(cellsOf(loaded, cells.species), Communicator());

@@ -53,8 +53,8 @@ class Quiet {
 TEST_CASE("A session hands out a packing that is certified, counted and kept by HemoCell", "[session]") {
   Quiet quiet({"16", "16", "16", "--rbc", "6", "--plt", "2", "--seed", "3"});
   const Packing packing = quiet.pack();
-  CHECK(packing.result.outcome == Outcome::certified);
-  CHECK(packing.result.certificate.clean());
+  CHECK(packing.outcome == Outcome::certified);
+  CHECK(packing.certificate.clean());
   CHECK(packing.tally.counts == std::vector<std::int64_t>{6, 2});
   CHECK(packing.kept.kept == packing.tally.counts);
   CHECK(packing.kept.reasons.empty());
@@ -76,8 +76,8 @@ TEST_CASE("A packing that is repeated has the one before, and is of a larger box
   Quiet quiet({"12", "12", "12", "--rbc", "3", "--ends", "periodic", "--tile", "2", "1", "1"});
   const Packing packing = quiet.pack();
   REQUIRE(packing.before);
-  CHECK(packing.before->result.cellCount == 3);
-  CHECK(packing.result.cellCount == 6);
+  CHECK(packing.before->cellCount == 3);
+  CHECK(packing.cellCount == 6);
   CHECK(packing.problem->lumen.container->bounds().hi.x() == Approx(24.0));
 }
 
@@ -102,10 +102,10 @@ TEST_CASE("What cannot be packed is not handed out, unless fewer cells are enoug
   content.push_back("--best-effort");
   Quiet quiet(content);
   const Packing packing = quiet.pack();
-  CHECK(packing.result.outcome == Outcome::outOfReach);
-  CHECK(packing.result.cellCount > 0);
-  CHECK(packing.result.cellCount < packing.problem->mostCells());
-  CHECK(packing.result.certificate.clean());
+  CHECK(packing.outcome == Outcome::outOfReach);
+  CHECK(packing.cellCount > 0);
+  CHECK(packing.cellCount < packing.problem->mostCells());
+  CHECK(packing.certificate.clean());
 }
 
 TEST_CASE("An interrupted session hands out nothing", "[session]") {

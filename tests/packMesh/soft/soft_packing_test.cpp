@@ -29,7 +29,7 @@ PackingProblem boxAt(double hematocrit, int cells, std::uint64_t seed = 1) {
 /// The exact test, with the gaps required.
 Certificate certificateOf(Physics physics, const SoftPacking& packed) {
   std::vector<PlacedCell> placed;
-  for (const SoftlyPackedCell& cell : packed.cells) {
+  for (const Cell& cell : packed.cells) {
     placed.push_back({cell.species, std::int32_t(physics.shapes.size()), cell.pose.placement()});
     physics.shapes.push_back(
         std::make_shared<const Shape>(cell.vertices, physics.shapes[physics.species[cell.species].shape]));
@@ -70,7 +70,7 @@ TEST_CASE("the pose of a deformed cell is that of the template that fits best", 
   const SoftPacking packed = packSoft(boxAt(0.7, 6), {{}}, {});
   REQUIRE(packed.outcome == Outcome::certified);
   const std::vector<Vec3> rest = sample::redCell(3).vertices;
-  for (const SoftlyPackedCell& cell : packed.cells) {
+  for (const Cell& cell : packed.cells) {
     double squares = 0.0;
     for (std::size_t v = 0; v < rest.size(); ++v) squares += (cell.vertices[v] - rest[v]).squaredNorm();
     CHECK(std::sqrt(squares / double(rest.size())) < 1.0);
@@ -92,7 +92,7 @@ TEST_CASE("fixed and rigid cells with the template of soft ones keep their shape
   REQUIRE(packed.cells.size() == 7);
   Physics physics = problem.physics;
   std::vector<PlacedCell> placed = {{1, 0, pose.placement()}};
-  for (const SoftlyPackedCell& cell : packed.cells) {
+  for (const Cell& cell : packed.cells) {
     CHECK(cell.vertices.empty() == (cell.species == 2));
     placed.push_back({cell.species, 0, cell.pose.placement()});
     if (cell.vertices.empty()) continue;
@@ -152,8 +152,7 @@ TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[sof
     CHECK(packed.cells.size() < 11);
     CHECK(certificateOf(problem.physics, packed).clean());
     const Membrane membrane(sample::redCell(3), {});
-    for (const SoftlyPackedCell& cell : packed.cells)
-      CHECK(limits.allow(deformationOf(membrane, cell.vertices)));
+    for (const Cell& cell : packed.cells) CHECK(limits.allow(deformationOf(membrane, cell.vertices)));
   }
   SECTION("the most deformed") {
     limits.area = 0.02;
@@ -177,7 +176,7 @@ TEST_CASE("cells beside a layer without cells and beside fixed ones", "[soft]") 
   const SoftPacking packed = packSoft(problem, {{}, {}}, {});
   REQUIRE(packed.outcome == Outcome::certified);
   CHECK(packed.cells.size() == 7);
-  for (const SoftlyPackedCell& cell : packed.cells)
+  for (const Cell& cell : packed.cells)
     for (const Vec3& v : cell.vertices) {
       const Vec3 there = cell.pose.placement()(v);
       CHECK(5.0 - std::hypot(there.y(), there.z()) > 0.8);

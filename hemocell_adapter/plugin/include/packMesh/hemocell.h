@@ -96,8 +96,8 @@ inline LoadedParticles loadInto(hemo::HemoCell& hemocell, const Filling& filling
 }
 
 /// The complete cells whose first vertex this rank has. Pre: envelopes are up to date.
-inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
-  std::vector<DeformedCell> cells;
+inline std::vector<Cell> cellsOf(hemo::HemoCell& hemocell) {
+  std::vector<Cell> cells;
   hemo::HemoCellFields& fields = *hemocell.cellfields;
   for (const plb::plint block : fields.immersedParticles->getLocalInfo().getBlocks()) {
     hemo::HemoCellParticleField& field = fields.immersedParticles->getComponent(block);
@@ -106,7 +106,7 @@ inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
       if (std::count(at.begin(), at.end(), -1) > 0) continue;
       const auto& first = field.particles[at[0]].sv;
       if (!field.isContainedABS(first.position, field.localDomain)) continue;
-      DeformedCell cell;
+      Cell cell = Cell();
       cell.type = first.celltype;
       cell.id = fields.base_cell_id(numbered.first);
       for (const int i : at) {

@@ -54,28 +54,22 @@ struct Request {
   std::vector<std::string> more;  ///< options of the program packMesh
 };
 
-/// A cell with vertices in a block of this rank, in one of its images.
+/// A cell in one of its images.
 struct Cell {
   int type;
   std::int64_t id;
+  /// Of a cell that is deformed, or of a running simulation, in one piece [nodes]; empty: it is the template,
+  /// moved as below.
+  std::vector<std::array<double, 3>> vertices;
   std::array<double, 9> linear;       ///< applied to the template centred on its bounding box; by rows
   std::array<double, 3> translation;  ///< [nodes]
-  /// Of a cell that is deformed [nodes]; empty: it is the template, moved as above.
-  std::vector<std::array<double, 3>> vertices;
 };
 
 struct Filling {
   int exitCode = 0;                  ///< that of the program; 0: all went well
   std::string message;               ///< why not
   std::vector<std::int64_t> counts;  ///< cells of each type, on all ranks
-  std::vector<Cell> cells;
-};
-
-/// A cell of a running simulation, all of whose vertices this rank has.
-struct DeformedCell {
-  int type;
-  std::int64_t id;
-  std::vector<std::array<double, 3>> vertices;  ///< in one piece [nodes]
+  std::vector<Cell> cells;           ///< that have vertices in blocks of this rank
 };
 
 /// What this rank has of one image of a cell of a running simulation.
@@ -127,12 +121,12 @@ __attribute__((visibility("default"))) Filling fill(const System& system, const 
 __attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile,
                                                     bool leavesOut);
 
-/// Writes cells to a state file. Every cell comes from one rank. All ranks of `system.ranks` call. Throws
+/// Writes cells of a running simulation to a state file. Every cell comes from one rank, which has all its
+/// vertices. All ranks of `system.ranks` call. Throws
 /// nothing.
 /// @param rigid instead of their vertices, the rigid templates that fit best are kept
 /// @return only exit code and message
-__attribute__((visibility("default"))) Filling save(const System& system,
-                                                    const std::vector<DeformedCell>& cells,
+__attribute__((visibility("default"))) Filling save(const System& system, const std::vector<Cell>& cells,
                                                     std::int64_t iteration, const std::string& stateFile,
                                                     bool rigid);
 

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Attempts to pack a problem with more clearance than demanded.
+#include "hemocell_adapter/session/attempts.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/problem/lumen_sample.h"
+#include "tests/hemocell_adapter/planned_problem.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+
+namespace {
+
+std::shared_ptr<const Problem> problemShared(const std::vector<std::string>& words) {
+  return std::make_shared<const Problem>(planned(words));
+}
+
+/// Prints nothing as long as it exists.
+struct SilentAttempts {
+  SilentAttempts() { log::setLevel(log::Level::silent); }
+  ~SilentAttempts() { log::setLevel(log::Level::normal); }
+};
+
+}  // namespace
+
+TEST_CASE("A packing has its problem, and the parts with the clearances that its certificate refers to",
+          "[attempts]") {
+  const SilentAttempts silence;
+  const std::shared_ptr<const Problem> problem =
+      problemShared({"16", "16", "16", "--rbc", "6", "--seed", "3"});
+  const OutputRequest output;
+  LumenSample sample(*problem);
+  Attempts attempts(problem, output, sample);
+  const Packing packing = attempts.withRoom(Timer());
+  CHECK(packing.problem == problem);
+  CHECK(packing.outcome == Outcome::certified);
+  CHECK(packing.clearance > problem->demanded.membranes);
+  CHECK(packing.packed.clearances.membranes == packing.clearance);
+  CHECK(packing.packed.clearances.wall == packing.wallClearance);
+  CHECK(packing.certificate.minimumGap >= packing.clearance);
+  CHECK(packing.packed.parts.size() == packing.counts.size());
+  CHECK_FALSE(packing.state);
+  CHECK_FALSE(attempts.savedAny());
+}
+
+TEST_CASE("One attempt packs with the clearances that it is given, or says that they are impossible",
+          "[attempts]") {
+  const SilentAttempts silence;
+  const OutputRequest output;
+  const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--walls", "xyz"});
+  LumenSample sample(*problem);
+  Attempts attempts(problem, output, sample);
+  AttemptLimits all;
+  all.fewerCells = false;
+  CHECK_FALSE(attempts({0.0, 7.9}, all));
+  const std::optional<PackingResult> packed = attempts({0.2, 0.1}, all);
+  REQUIRE(packed);
+  CHECK(packed->outcome == Outcome::certified);
+  CHECK(packed->clearance == 0.2);
+  CHECK(packed->wallClearance == 0.1);
+}
+
+TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {
+  const SilentAttempts silence;
+  const OutputRequest output;
+  Hooks hooks;
+  hooks.interrupted = [] { return true; };
+  const auto problem = problemShared({"16", "16", "16", "--rbc", "4"});
+  LumenSample sample(*problem);
+  Attempts attempts(problem, output, sample, hooks);
+  const Packing packing = attempts.withRoom(Timer());
+  CHECK(packing.outcome == Outcome::interrupted);
+  CHECK(packing.cells.empty());
+}
