@@ -34,6 +34,7 @@ Path = Union[str, "os.PathLike[str]"]
 
 _NU, _RHO = 1.1e-6, 1025.0  # plasma in config.xml [m²/s], [kg/m³]
 _RED_CELL = 7.82  # longest extent at rest [µm]
+_LEAST_ENVELOPE = 12.0  # below which HemoCell warns [µm]
 _DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
 DEFAULT_SHEAR_RATE = 1000.0  # [1/s]
@@ -229,7 +230,7 @@ def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
 
 def _envelope_of(stress: float, dx: float) -> int:
     """`<particleEnvelope>` for red cells (its page "From packing to a running simulation" has the measurements). stress: at the wall [Pa]"""
-    return int(np.ceil((1.5 if stress <= 2 else 2.75) * _RED_CELL / dx))
+    return max(int(np.ceil((1.5 if stress <= 2 else 2.75) * _RED_CELL / dx)), int(_LEAST_ENVELOPE / dx) + 1)
 
 
 def _packing_text(hematocrit: float, platelets: float, seed: int, soft: bool, profile: Optional[str]) -> str:
@@ -261,8 +262,10 @@ class _Maker:
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
                  f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
-        from packmesh import _packmesh
-
+        try:
+            from packmesh import _packmesh
+        except ImportError:
+            raise command.UnusableError("new-case needs the C++ module of the Python package, which is not built") from None
         self._words = {
             "title": f"Blood in {surface}", "version": _packmesh.version(), "command": " ".join(map(shlex.quote, ["packmesh", "new-case", *sys.argv[1:]])),
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
@@ -318,7 +321,9 @@ class _Maker:
         if flow.force is not None:
             lines.append(f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa")
         else:
-            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others")
+            through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2)
+            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others; plasma passes the "
+                         f"vessel in {through:.3g} ms")
         lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
                      + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
         lines += [line for line in forecasted.text if line.startswith("RBC can be in")]
@@ -388,4 +393,6 @@ def main() -> None:
     case = new_case(folder=None if dry else folder, **words)
     for line in case.text:
         files.say(line)
-    files.say("A dry run: nothing was written" if dry else f"Wrote {folder}: its README.md states how to build and run it")
+    files.say("A dry run: nothing was written" if dry else f"Wrote {folder}")
+    if not dry:
+        files.say(f"{os.path.join(folder, 'README.md')} states how to build and run it")

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """New cases of HemoCell: surfaces in any unit, place and direction, their ends, the lattice, the flow, and what is refused."""
+import os
+import subprocess
+import sys
 import xml.etree.ElementTree
 
 import numpy as np
 import packmesh
 import pytest
-from conftest import write_off
+from conftest import SOURCE, write_off
 from forked_commands import output_of
 from packmesh import case_folder, vessel_lattice, vessel_plan, vessel_surface
 from write_run import sphere
@@ -82,7 +85,7 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     write_stl(tmp_path / "tube.stl", 1e-3 * vertices @ TURN.T + [1000.0, 0, 0], triangles[:, ::-1])
     text = output_of(["new-case", "tube.stl", "--hematocrit", "0.2", "--velocity", "2"], tmp_path)
     assert "Unit of the surface: mm, as its widest end" in text and "Repaired: its triangles faced inwards" in text
-    assert "Narrowest place between ends: 19." in text and "Wrote tube: " in text
+    assert "Narrowest place between ends: 19." in text and "Wrote tube\n" in text
     folder = tmp_path / "tube"
     assert sorted(path.name for path in folder.iterdir()) == ["CMakeLists.txt", "PLT.xml", "RBC.xml", "README.md", "case.cpp", "config.xml", "job.sh",
                                                               "vessel.png", "vessel.stl"]
@@ -191,7 +194,7 @@ def test_the_flow_is_stated_in_three_ways(tmp_path):
     one = packmesh.new_case(tmp_path / "tube.off", velocity=2.0, hematocrit=0.1)
     for flow in ({"shear_rate": one.shear_rate}, {"reynolds": one.velocity * one.ends[0]["diameter"] * 1e-6 / 1.1e-6}):
         assert packmesh.new_case(tmp_path / "tube.off", hematocrit=0.1, **flow).body_force == pytest.approx(one.body_force)
-    assert one.stress == pytest.approx(1.1e-6 * 1025 * one.shear_rate, rel=0.01) and one.particle_envelope == 24
+    assert one.stress == pytest.approx(1.1e-6 * 1025 * one.shear_rate, rel=0.01) and one.particle_envelope == 25
     fast = packmesh.new_case(tmp_path / "tube.off", shear_rate=4000, hematocrit=0.1)
     assert fast.particle_envelope == 44 and fast.stress > 2
 
@@ -209,6 +212,13 @@ def test_palabos_divides_the_lattice_so():
     assert vessel_plan.repartition((103, 53, 54), 6) == (3, 1, 2)
     assert vessel_plan.repartition((40, 40, 90), 30) == (2, 3, 5)
     assert vessel_plan.ranks_of((103, 53, 53), 25) == [1, 2, 3, 4, 6, 8, 12, 16]
+
+
+def test_without_the_module_it_says_what_is_missing(tmp_path):
+    write_off(tmp_path / "tube.off", *swept(straight(), 10.0))
+    done = subprocess.run([sys.executable, "-m", "packmesh", "new-case", "tube.off", "--unit", "um"], cwd=tmp_path, capture_output=True, text=True,
+                          check=False, env={**os.environ, "PYTHONPATH": str(SOURCE / "python")})
+    assert done.returncode == 69 and "needs the C++ module" in done.stderr and [path.name for path in tmp_path.iterdir()] == ["tube.off"]
 
 
 def test_the_picture_shows_the_ends(bifurcation):
