@@ -124,6 +124,7 @@ class Step:
         self._inlet = block_files.PRE_INLET if pre_inlet else ""
         self.folder = run._steps[iteration]
         self._files = run._contents.files_of(iteration)
+        self._has_pre_inlet = any(name.endswith(block_files.PRE_INLET) for name in self._files)  # tables list its cells, too
         self.species_names = block_files.cell_types(list(self._files), pre_inlet)
         if not self.species_names and not pre_inlet:
             raise InputError(f"{self.folder}: has no files of cells; expected names such as RBC.{os.path.basename(self.folder)}.p.0.h5")
@@ -303,7 +304,7 @@ class Step:
                 raise InputError(f"{self._place(name)}: nothing tells which positions are a cell; expected OUTPUT_TRIANGLES, "
                                  "OUTPUT_VERTEX_ID or OUTPUT_CELL_ID among the outputs of the case (points() has the positions)")
             found = joined(headers, layout, self.domain, progress or (lambda cells: None))
-            table = None if self._inlet else cell_csv.read_table(self.run.folder, name, os.path.basename(self.folder))
+            table = None if self._has_pre_inlet else cell_csv.read_table(self.run.folder, name, os.path.basename(self.folder))
             if table is None:
                 self.run._contents.require_all_blocks(self.iteration, name + self._inlet, self._files[name + self._inlet])
             else:
@@ -409,7 +410,7 @@ class Step:
             raise InputError(f"{cells.inexact}: has ids beyond {LARGEST_EXACT_ID}, which are not exact in its format, and no table in "
                              f"{os.path.join(self.run.folder, 'csv')} has them")
         ids = cells.cells.ids
-        if ids is None or len(ids) == 0:
+        if ids is None or len(ids) == 0 or (self._has_pre_inlet and not self._inlet):  # those of a domain that a pre-inlet feeds never wrap
             return ids
         for own, image, shift in cells.images:
             self.run._id_period = math.gcd(self.run._id_period, abs(image - own))

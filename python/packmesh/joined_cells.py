@@ -100,8 +100,8 @@ class Joined:
 
 def joined(headers: List[BlockFile], layout: Optional[Layout], domain: Optional[Domain], progress: Advance) -> Joined:
     """Raises InputError if files contradict each other"""
-    if layout is None:
-        return Joined(headers, None, 1.0, _none(), [], None)
+    if layout is None or not any(header.rows for header in headers):
+        return Joined(headers, layout, 1.0, _none(), [], None)
     copies, scale, inexact = _read(headers, layout, progress)
     kept = _without_copies(copies, headers)
     images: List[Tuple[int, int, np.ndarray]] = []

@@ -157,6 +157,26 @@ def test_pre_inlet(tmp_path):
     assert packmesh.hemocell_output(tmp_path / "other")[0].pre_inlet is None
 
 
+def test_domain_fed_by_a_pre_inlet(tmp_path):
+    """It may have no cells yet; the tables list those of the pre-inlet as well, and the same blood comes again under other numbers."""
+    writer = Writer(tmp_path, periodic=(False, False, False))
+    inlet = RED[:7] + [0.0, 0.5, 0.0]
+    for iteration, cells, ids in ((0, RED[:0], np.arange(0)), (1000, RED[20:26], np.array([9, 2, 16, 23, 30, 44]))):
+        writer.csv = False
+        writer.write(iteration, {"RBC": (cells, TRIANGLES, ids)})
+        writer.csv = True
+        writer.write(iteration, {"RBC": (inlet, TRIANGLES, np.arange(7))}, suffix="_PRE")
+        if len(cells):
+            table = tmp_path / "csv" / f"RBC.{str(iteration).zfill(12)}.csv"
+            with open(table, "a", encoding="utf-8") as file:
+                for center, number in zip(1e-6 * cells.mean(axis=1), ids):
+                    file.write(f"{center[0]:.6g},{center[1]:.6g},{center[2]:.6g},0,0,0,{number},{number % 7},0,0,0\n")
+    run = packmesh.hemocell_output(tmp_path)
+    assert [step.counts["RBC"] for step in run] == [0, 6] and [step.pre_inlet.counts["RBC"] for step in run] == [7, 7]
+    np.testing.assert_array_equal(run[-1].ids("RBC"), [2, 9, 16, 23, 30, 44])
+    matched(run[-1].vertices("RBC"), RED[[21, 20, 22, 23, 24, 25]])
+
+
 @pytest.mark.parametrize("si", (True, False))
 def test_forces(tmp_path, si):
     forces = {name: np.random.default_rng(3).normal(size=vertices.shape) * (1e-12 if si else 1e-3) for name, (vertices, _, _) in TYPES.items()}
