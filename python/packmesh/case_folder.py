@@ -25,8 +25,9 @@ def write_case(folder: str, vessel: PlacedVessel, drive: str, values: Mapping[st
         file.write(picture_of(vessel))
     words = {**values, "outlets": "\n".join(outlet_code(vessel, end) for end in vessel.ends if end.role == "outlet")}
     words.update(zip(("last_x", "last_y", "last_z"), (nodes - 1 for nodes in vessel.nodes)))
-    for name in ("config.xml", "case.cpp", "CMakeLists.txt", "job.sh"):
+    for name in ("config.xml", "CMakeLists.txt", "job.sh"):
         write_text(folder, name, drive, words)
+    write_text(folder, "case.cpp", drive, words, "case.cpp.in")  # which is not C++ yet
     os.chmod(os.path.join(folder, "job.sh"), 0o755)
     for cell in ("RBC.xml", "PLT.xml"):
         shutil.copyfile(os.path.join(_TEMPLATES, cell), os.path.join(folder, cell))

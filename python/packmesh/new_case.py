@@ -14,11 +14,11 @@ from __future__ import annotations
 import argparse
 import contextlib
 import dataclasses
+import inspect
 import logging
 import os
 import shlex
 import shutil
-import sys
 import tempfile
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
@@ -125,6 +125,7 @@ def new_case(
 
     Raises InputError, InfeasibleError (not all cells fit), OutputError.
     """
+    made_by = _command_of(dict(locals()))
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{os.fspath(folder)}: exists; expected the name of a folder to be made")
     vessel = vessel_of(os.fspath(surface))
@@ -142,7 +143,7 @@ def new_case(
     maker = _Maker(shape, drive, flow, time, ranks)
     work = tempfile.mkdtemp(prefix=".new-case-", dir=None if folder is None else os.path.dirname(os.path.abspath(folder)))
     try:
-        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, platelets, seed, soft, profile))
+        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, platelets, seed, soft, profile), made_by)
         case = maker.result(work, folder, unit_text, vessel)
         if folder is not None:
             os.chmod(work, 0o755)
@@ -152,6 +153,17 @@ def new_case(
         raise OutputError(f"{failure.filename or folder}: cannot be written: {failure.strerror}") from None
     finally:
         shutil.rmtree(work, ignore_errors=True)
+
+
+def _command_of(arguments: Dict[str, Any]) -> str:
+    """What makes the same case."""
+    words = ["packmesh", "new-case", *(os.fspath(arguments[name]) for name in ("surface", "folder") if arguments[name] is not None)]
+    for name, parameter in inspect.signature(new_case).parameters.items():
+        value = arguments[name]
+        if parameter.kind is parameter.KEYWORD_ONLY and value != parameter.default:
+            for one in value if name == "close" else [value]:
+                words += ["--" + name.replace("_", "-"), *([] if one is True else [str(one)])]
+    return " ".join(map(shlex.quote, words))
 
 
 def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Sequence[int], mirror: bool) -> Tuple[str, List[str]]:
@@ -256,7 +268,7 @@ class _Maker:
         self._ranks = ranks or ([one for one in self._possible if one <= 2] or self._possible)[-1]
         self._words: Dict[str, Any] = {}
 
-    def write(self, folder: str, surface: str, packing: str) -> None:
+    def write(self, folder: str, surface: str, packing: str, command_text: str) -> None:
         outputs = max(100, round(self._iterations / 100, -2))
         drive = (f"<drive>\n  <bodyForce> {self._flow.force:.6g} </bodyForce>  <!-- along x [N/m³]: plasma alone flows at "
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
@@ -267,7 +279,7 @@ class _Maker:
         except ImportError:
             raise command.UnusableError("new-case needs the C++ module of the Python package, which is not built") from None
         self._words = {
-            "title": f"Blood in {surface}", "version": _packmesh.version(), "command": " ".join(map(shlex.quote, ["packmesh", "new-case", *sys.argv[1:]])),
+            "title": f"Blood in {surface}", "version": _packmesh.version(), "command": command_text,
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
             "envelope": self._envelope, "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
             "name": "case", "ranks": self._ranks, "time": f"{self._time:g}"}

@@ -10,7 +10,7 @@ import numpy as np
 #: node of the lattice, walls included, and for each vertex of a membrane.
 SECONDS_PER_NODE, SECONDS_PER_VERTEX = 1.5e-7, 6e-7
 #: Memory, measured there [bytes].
-BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 900.0
+BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 410.0
 
 MOST_RANKS = 4096
 _SAMPLES = 60_000  # nodes of the grid for the narrowest place

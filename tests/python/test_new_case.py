@@ -100,6 +100,7 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     forecast = packmesh.Case(folder / "config.xml").forecast()
     assert forecast.counts["RBC"] == round(0.2 * forecast.lumen_volume / 81.1163)
     assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
+    assert "    packmesh new-case tube.stl tube --hematocrit 0.2 --velocity 2.0\n" in (folder / "README.md").read_text()
     assert "PreInlet" not in (folder / "case.cpp").read_text()
 
 
@@ -181,8 +182,9 @@ def test_outlets_across_other_axes(tmp_path):
             assert box[2 * other] <= outlet.low[other] / 0.5 + 1 and box[2 * other + 1] >= outlet.high[other] / 0.5 + 1
 
 
-def test_closed_ends_become_walls(bifurcation):
-    case = packmesh.new_case(bifurcation, close=[3], mirror=False, drive="inlet")
+def test_closed_ends_become_walls(bifurcation, tmp_path):
+    case = packmesh.new_case(bifurcation, tmp_path / "case", close=[3], drive="inlet")
+    assert f"packmesh new-case {bifurcation} {tmp_path}/case --drive inlet --close 3\n" in (tmp_path / "case/README.md").read_text()
     assert [end["role"] for end in case.ends] == ["inlet", "outlet", "closed"]
     vessel = vessel_surface.vessel_of(str(bifurcation))
     require_closed(vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "closed"], (0, 1)))
