@@ -23,7 +23,7 @@ def write_case(folder: str, vessel: PlacedVessel, drive: str, values: Mapping[st
         file.write(stl_of(vessel))
     with open(os.path.join(folder, "vessel.png"), "wb") as file:
         file.write(picture_of(vessel))
-    words = {**values, "outlets": "\n".join(outlet_code(vessel, end) for end in vessel.ends if end.role == "outlet")}
+    words: Dict[str, Any] = {**values, "outlets": "\n".join(outlet_code(vessel, end) for end in vessel.ends if end.role == "outlet")}
     words.update(zip(("last_x", "last_y", "last_z"), (nodes - 1 for nodes in vessel.nodes)))
     for name in ("config.xml", "CMakeLists.txt", "job.sh"):
         write_text(folder, name, drive, words)

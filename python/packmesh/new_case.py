@@ -302,9 +302,10 @@ class _Maker:
             inside = self._inlet.diameter**2 * np.pi / 4 * self._length * self._shape.dx
             membranes = round(membranes * (1 + self._volume() / inside))
         hours, megabytes = cost_of(nodes, membranes, self._iterations, self._ranks)
-        ends = [{"number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center), "diameter": end.diameter,
-                 "normal": tuple(end.normal)} for end in self._shape.ends]
-        case = NewCase(None if folder is None else os.fspath(folder), unit, tuple(self._shape.size), self._shape.nodes, self._shape.dx, self._dt,
+        ends = [{"number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center.tolist()), "diameter": end.diameter,
+                 "normal": tuple(end.normal.tolist())} for end in self._shape.ends]
+        x, y, z = self._shape.size.tolist()
+        case = NewCase(None if folder is None else os.fspath(folder), unit, (x, y, z), self._shape.nodes, self._shape.dx, self._dt,
                        ends, narrowest, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
                        self._possible, forecasted.counts, megabytes, hours, [])
         case.text.extend(self._lines(case, vessel, forecasted))

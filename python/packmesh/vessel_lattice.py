@@ -92,6 +92,10 @@ def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], exten
     faces = {k: _face(k, end, role) for k, (end, role) in enumerate(zip(ends, roles)) if role != "closed"}
     lengths = {k: (extend[1] if roles[k] == "outlet" else extend[0]) * ends[k].diameter for k in faces}
     planes, extended = _planes(vertices, ends, faces, lengths, dx)
+    if not mirror and "periodic" in roles:  # both ends get the outline of the first
+        one, other = sorted(faces, key=lambda k: faces[k][1])
+        _require_match(extended[one], extended[other], dx)
+        extended[other] = np.column_stack([np.full(len(extended[one]), planes[0, 1]), extended[one][:, 1:]])[::-1]
     shape = _Shape(vertices, vessel.wall)
     for k, end in enumerate(ends):
         if k in faces:
@@ -115,8 +119,6 @@ def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], exten
         corners = _box(outline)
         used.append(PlacedEnd(k + 1, roles[k], "xyz"[axis] + ("-" if side < 0 else "+"), 0.5 * (corners[0] + corners[1]), end.diameter,
                               end.normal, angle, *corners))
-    if not mirror and "periodic" in roles:
-        _require_match(*(extended[k] for k in sorted(faces, key=lambda k: faces[k][1])), dx)
     shape.close()
     surface, triangles = shape.result(low)
     nodes = tuple(int(np.floor(extent / dx + 2e-3)) + 3 for extent in surface.max(axis=0))
@@ -239,6 +241,12 @@ def _require_match(one: np.ndarray, other: np.ndarray, dx: float) -> None:
                          f"expected at most {_MATCH * dx:g} µm. --mirror adds the mirror image of the vessel, so that they match")
 
 
+def _shares(outline: np.ndarray) -> np.ndarray:
+    """Of its length, at the end of each edge."""
+    lengths = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+    return np.cumsum(lengths) / lengths.sum()
+
+
 class _Shape:
     """A surface that grows: vertices and triangles, and the outlines that are still open."""
 
@@ -253,9 +261,24 @@ class _Shape:
         self._count += len(vertices)
 
     def extend(self, end: End, outline: np.ndarray) -> None:
-        first, number = end.outline, self._count + np.arange(len(outline))
-        second = np.roll(first, -1)
-        self._add(outline, np.concatenate([np.column_stack([first, second, number]), np.column_stack([second, np.roll(number, -1), number])]))
+        """To an outline that runs the same way, of any number of vertices."""
+        wall = np.concatenate(self._vertices)[end.outline]
+        if len(wall) == len(outline) and np.abs(np.cross(outline - wall, end.normal)).max() < 1e-6 * end.diameter:  # straight from each vertex
+            along = beyond = np.arange(len(wall))
+        else:
+            outline = np.roll(outline, -int(np.argmin(np.linalg.norm(outline - wall[0], axis=1))), axis=0)
+            along, beyond = _shares(wall), _shares(outline)
+        number = self._count + np.arange(len(outline))
+        triangles, i, j = [], 0, 0
+        while i < len(wall) or j < len(outline):
+            at, to = end.outline[i % len(wall)], number[j % len(outline)]
+            if j == len(outline) or (i < len(wall) and along[i] <= beyond[j]):
+                i += 1
+                triangles.append((at, end.outline[i % len(wall)], to))
+            else:
+                j += 1
+                triangles.append((at, number[j % len(outline)], to))
+        self._add(outline, np.array(triangles))
         self._open.append(number)
 
     def leave(self, end: End) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 #: CPU time of an iteration of HemoCell 2.7, measured in a tube of 20 µm (the page "Measurements with HemoCell", Cases by new-case): [s] for each
 #: node of the lattice, walls included, and for each vertex of a membrane.
-SECONDS_PER_NODE, SECONDS_PER_VERTEX = 1.5e-7, 6e-7
+SECONDS_PER_NODE, SECONDS_PER_VERTEX = 1.4e-7, 5.4e-7
 #: Memory, measured there [bytes].
 BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 410.0
 

@@ -99,6 +99,8 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert tag(folder, "drive/bodyForce") == pytest.approx(8 * np.pi * 1.1e-6 * 1025 * 2e-3 / area, rel=0.01)
     forecast = packmesh.Case(folder / "config.xml").forecast()
     assert forecast.counts["RBC"] == round(0.2 * forecast.lumen_volume / 81.1163)
+    from packmesh import _packmesh
+    assert _packmesh.lumen(folder / "config.xml").period[0] == pytest.approx(size[0] + 3 * 0.5)
     assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
     assert "    packmesh new-case tube.stl tube --hematocrit 0.2 --velocity 2.0\n" in (folder / "README.md").read_text()
     assert "PreInlet" not in (folder / "case.cpp").read_text()
