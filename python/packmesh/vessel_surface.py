@@ -58,6 +58,8 @@ def vessel_of(name: str) -> Vessel:
     if not np.isfinite(points).all():
         raise InputError(f"{name}: a coordinate is not a finite number")
     vertices, triangles = _merged(points, triangles)
+    if len(triangles) < 4:
+        raise InputError(f"{name}: has {len(triangles)} triangles with an area; expected the surface of a vessel")
     repairs: List[str] = []
     triangles = _oriented(name, triangles, repairs)
     caps = _caps(vertices, triangles)
@@ -189,7 +191,6 @@ def _caps(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     label = components(len(triangles), pairs[cosine > _FLAT_STEP])
     numbers, first, number = np.unique(label, return_index=True, return_inverse=True)
     corners = np.sort(triangles, axis=1)
-    caps = np.zeros(len(triangles), bool)
     border = number[pairs[:, 0]] != number[pairs[:, 1]]
     edges = _common_edges(corners[pairs[border, 0]], corners[pairs[border, 1]])
     lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
@@ -205,8 +206,13 @@ def _caps(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         mean = (normal[own] * area[own, None]).sum(axis=0)
         mean /= np.linalg.norm(mean)
         depth = vertices[triangles[own]].reshape(-1, 3) @ mean
-        caps |= own & bool(np.ptp(depth) < _FLATNESS * np.sqrt(4 * areas[k] / np.pi))
-    return caps
+        likely[k] = np.ptp(depth) < _FLATNESS * np.sqrt(4 * areas[k] / np.pi)
+    # Of flat faces that meet, as those of a channel, the smaller one is the end.
+    one, other = number[pairs[border]].T
+    both = likely[one] & likely[other]
+    for larger, smaller in ((one[both], other[both]), (other[both], one[both])):
+        likely[larger[areas[larger] > 0.99 * areas[smaller]]] = False
+    return likely[number]
 
 
 def _common_edges(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -119,6 +119,20 @@ def test_ends_are_openings_or_flat_caps(caps, tmp_path):
     assert len(vessel.wall) == 2 * 32 * 24
 
 
+def box(x, y, z):
+    corners = np.array([[i, j, k] for i in (0, x) for j in (0, y) for k in (0, z)], float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, np.array([triangle for a, b, c, d in faces for triangle in ((a, b, c), (a, c, d))])
+
+
+def test_the_ends_of_a_channel_are_its_smallest_faces(tmp_path):
+    write_stl(tmp_path / "channel.stl", *box(60, 24, 20))
+    vessel = vessel_surface.vessel_of(str(tmp_path / "channel.stl"))
+    np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0], [1, 0, 0]], atol=1e-9)
+    case = packmesh.new_case(tmp_path / "channel.stl", hematocrit=0.2)
+    assert 60 < case.size[0] < 61.1 and case.size[1:] == pytest.approx((24, 20)) and case.narrowest == pytest.approx(20, abs=0.8)
+
+
 def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
     write_off(tmp_path / "bend.off", *swept(hooked(), 6.0, (False, False)))
     with pytest.raises(packmesh.InputError, match="outlines of the two ends differ by .*--mirror adds"):
@@ -239,6 +253,8 @@ def test_the_picture_shows_the_ends(bifurcation):
     ("tube.stl --unit um --close 1", 2, "has 1 ends"),
     ("ball.stl", 2, "has 0 ends"),
     ("holed.stl --unit um", 2, "holes that are too small for ends: 3; --close 3 closes them"),
+    ("cube.stl", 2, "has 0 ends"),
+    ("flat.stl", 2, "has 0 triangles with an area"),
     ("two.stl", 2, "has 2 separate parts"),
     ("cut.stl", 2, "is no complete STL file"),
     ("uturn.stl --unit um --mirror", 2, "both ends face the same way"),
@@ -258,6 +274,8 @@ def test_what_is_refused(words, code, message, bifurcation, tmp_path):
     write_stl(tmp_path / "uturn.stl", *swept(np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1], 6.0))
     ball, faces = sphere(3)
     write_stl(tmp_path / "ball.stl", 20 * ball, faces)
+    write_stl(tmp_path / "cube.stl", *box(30, 30, 30))
+    write_stl(tmp_path / "flat.stl", np.zeros((3, 3)), np.array([[0, 1, 2]] * 5))
     (tmp_path / "bifurcation.stl").symlink_to(bifurcation)
     (tmp_path / "taken").mkdir()
     before = sorted(path.name for path in tmp_path.iterdir())
