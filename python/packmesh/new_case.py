@@ -34,6 +34,7 @@ Path = Union[str, "os.PathLike[str]"]
 
 _NU, _RHO = 1.1e-6, 1025.0  # plasma in config.xml [m²/s], [kg/m³]
 _RED_CELL = 7.82  # longest extent at rest [µm]
+_MOST_STRESS = 10.0  # at the wall, at which red cells stay shorter than the envelope [Pa]
 _LEAST_ENVELOPE = 12.0  # below which HemoCell warns [µm]
 _DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
@@ -133,13 +134,22 @@ def new_case(
     drive, roles = _roles(vessel, drive, inlet, close, mirror)
     if not 0.05 <= dx <= 5:
         raise InputError(f"dx: expected a lattice spacing from 0.05 to 5 µm, found {dx:g}")
+    if profile not in (None, "developed"):
+        raise InputError(f"profile: expected 'developed', found {profile!r}; a table belongs in <packing> of the case")
     first = vessel.ends[roles.index("inlet" if drive == "inlet" else "periodic")].diameter * factor
     flow = _flow_of(first, velocity, shear_rate, reynolds)
+    fastest = _FASTEST / (2 * _DT * dx * 1e-6)  # on the axis twice the mean [m/s]
+    if flow.velocity > fastest:
+        raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
+                         f"at a dx of {dx:g} µm")
     # HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline.
     straight = (_envelope_of(flow.stress, dx) + 4) * dx / first if drive == "inlet" else 0.0
     shape = placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
     if drive == "periodic":
         flow = _driven(flow, first, shape)
+    if flow.stress > _MOST_STRESS:
+        logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
+                                              "<particleEnvelope>; state a slower flow", flow.stress, _MOST_STRESS)
     maker = _Maker(shape, drive, flow, time, ranks)
     work = tempfile.mkdtemp(prefix=".new-case-", dir=None if folder is None else os.path.dirname(os.path.abspath(folder)))
     try:
@@ -395,7 +405,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--platelets", type=command.number(0, 1e3, "a ratio"), default=0.07, help="per red cell (0.07)")
     parser.add_argument("--seed", type=command.whole(0, 2**63, "a seed"), default=1, help="of the packing (1)")
     parser.add_argument("--soft", action="store_true", help="cells deform where undeformed ones do not fit")
-    parser.add_argument("--profile", help="developed, or a table, as for packMesh")
+    parser.add_argument("--profile", choices=["developed"], help="a cell-free layer with platelets in it")
     return parser.parse_args()
 
 

@@ -262,6 +262,8 @@ def test_the_picture_shows_the_ends(bifurcation):
     ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"),
     ("tube.stl taken --unit um", 5, "taken: exists"),
     ("tube.stl --unit um --hematocrit 0.9", 3, "no packing of such cells"),
+    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250"),
+    ("tube.stl --unit um --profile table.csv", 1, "invalid choice"),
     ("none.stl", 2, "none.stl: there is no such file")])
 def test_what_is_refused(words, code, message, bifurcation, tmp_path):
     vertices, triangles = swept(straight(), 10.0)
