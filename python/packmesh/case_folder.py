@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Tuple
 
 import numpy as np
 
@@ -29,8 +29,18 @@ def write_case(folder: str, vessel: PlacedVessel, drive: str, values: Mapping[st
         write_text(folder, name, drive, words)
     write_text(folder, "case.cpp", drive, words, "case.cpp.in")  # which is not C++ yet
     os.chmod(os.path.join(folder, "job.sh"), 0o755)
-    for cell in ("RBC.xml", "PLT.xml"):
-        shutil.copyfile(os.path.join(_TEMPLATES, cell), os.path.join(folder, cell))
+    from packmesh import _packmesh  # not where only the text of the command is wanted
+
+    shutil.copyfile(os.path.join(_TEMPLATES, "RBC.xml"), os.path.join(folder, "RBC.xml"))
+    template, _ = _packmesh.cell_template("PLT", None, vessel.dx)
+    write_text(folder, "PLT.xml", drive, {"inner_edges": "\n".join(f"    <Edge> {a} {b} </Edge>" for a, b in opposite_pairs(template))})
+
+
+def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:
+    """Numbers of vertices, shape (V, 3), of which one is the other's mirror image at their center."""
+    centered = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    other = np.linalg.norm(centered[:, None] + centered[None], axis=2).argmin(axis=1)
+    return [(a, int(b)) for a, b in enumerate(other) if a < b and other[b] == a]
 
 
 def write_text(folder: str, name: str, drive: str, words: Mapping[str, Any], template: str = "") -> None:

@@ -352,7 +352,7 @@ class _Maker:
         lines += [line for line in forecasted.text if line.startswith("RBC can be in")]
         lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} ranks")
         lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
-                     f"on {self._ranks} ranks")
+                     f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
         return lines
 
 

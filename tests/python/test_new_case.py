@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """New cases of HemoCell: surfaces in any unit, place and direction, their ends, the lattice, the flow, and what is refused."""
 import os
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree
@@ -89,6 +90,8 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     folder = tmp_path / "tube"
     assert sorted(path.name for path in folder.iterdir()) == ["CMakeLists.txt", "PLT.xml", "RBC.xml", "README.md", "case.cpp", "config.xml", "job.sh",
                                                               "vessel.png", "vessel.stl"]
+    links = re.findall(r"<Edge> (\d+) (\d+) </Edge>", (folder / "PLT.xml").read_text())
+    assert sorted(int(k) for link in links for k in link) == list(range(66))  # each vertex and its opposite
     vessel = vessel_surface.vessel_of(str(folder / "vessel.stl"))
     assert np.abs(vessel.vertices.min(axis=0)).max() < 1e-6 and len(vessel.ends) == 2
     np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0], [1, 0, 0]], atol=1e-6)
