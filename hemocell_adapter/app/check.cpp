@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "hemocell_adapter/app/run.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/examination.h"

@@ -10,15 +10,14 @@
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/version.h"
-#include "packMesh/parallel/arrival.h"
+#include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/launcher.h"
-#include "packMesh/parallel/mpi_session.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -48,7 +47,7 @@ ExitCode tellNotConnected(const LaunchedTasks& tasks) {
 }
 
 /// What is printed instead of packing or checking.
-std::string textOf(const CommandLine& commandLine) {
+std::string documentText(const CommandLine& commandLine) {
   switch (commandLine.command) {
     case Command::help:
       return helpText(commandLine.asPackCells);
@@ -77,7 +76,7 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   });
   const bool first = ranks.rank() == 0;
   if (commandLine.command != Command::pack && commandLine.command != Command::check) {
-    if (first) fmt::print("{}", textOf(commandLine));
+    if (first) fmt::print("{}", documentText(commandLine));
     return ExitCode::ok;
   }
   const Request& asked = commandLine.request;

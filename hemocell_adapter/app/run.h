@@ -2,11 +2,43 @@
 /// @file The executable's commands: pack and check.
 #pragma once
 
+#include <filesystem>
+#include <vector>
+
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
+
+/// A lock that this process holds for the lifetime of the object; if the process ends in any other way, the
+/// system releases it. It is a lock on a hidden file, which states the holder and is removed with it; a file
+/// left by a killed process does no harm. It is visible to other machines with access to the folder. If the
+/// file system does not support locks, there is none.
+class RunLock {
+ public:
+  /// Locks a folder, which is created if necessary (and removed again if it stays empty).
+  /// @throws OutputError if another process holds the lock
+  static RunLock ofFolder(const std::filesystem::path& folder);
+  /// Locks a file that will be written; its folder as above. Removes temporary files left by killed runs.
+  /// @throws OutputError if another process holds the lock
+  static RunLock ofFile(const std::filesystem::path& file);
+
+  RunLock(RunLock&& other) noexcept;
+  RunLock& operator=(RunLock&&) = delete;
+  ~RunLock();
+
+ private:
+  RunLock() = default;
+  void makeFolder(const std::filesystem::path& folder);
+  void take(const std::filesystem::path& path, const std::filesystem::path& target, const char* kind,
+            const char* advice);
+  bool tryToTake(const std::filesystem::path& path);
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::vector<std::filesystem::path> made_ = {};  ///< folders made for the lock, outermost first
+};
 
 /// Packs, verifies and writes. Existing .pos files are replaced by certified ones or not at all. All ranks
 /// call; the files written do not depend on the number of ranks.

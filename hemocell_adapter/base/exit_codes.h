@@ -2,6 +2,9 @@
 /// @file Exit codes of the program.
 #pragma once
 
+#include <stdexcept>
+#include <string>
+
 #include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
@@ -47,6 +50,22 @@ class UsageError : public InputError {
 class InfeasibleError : public InputError {
  public:
   using InputError::InputError;
+};
+
+/// An error as reported to the user.
+struct Failure {
+  ExitCode code = ExitCode::internal;
+  std::string message;
+};
+
+/// Thrown identically on all ranks, or inside together(), which makes it that of all.
+class AgreedFailure : public std::runtime_error {
+ public:
+  explicit AgreedFailure(const Failure& failure) : std::runtime_error(failure.message), code_(failure.code) {}
+  ExitCode code() const { return code_; }
+
+ private:
+  ExitCode code_;
 };
 
 }  // namespace packmesh::hemocell

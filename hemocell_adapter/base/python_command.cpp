@@ -16,8 +16,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "hemocell_adapter/base/log.h"
-#include "packMesh/core/spawn.h"
+#include "hemocell_adapter/base/messages.h"
+#include "packMesh/core/process.h"
 
 extern char** environ;
 

@@ -10,11 +10,10 @@
 #include <optional>
 #include <string>
 
-#include "hemocell_adapter/base/log.h"
-#include "packMesh/core/environment.h"
-#include "packMesh/parallel/cores.h"
+#include "hemocell_adapter/base/messages.h"
+#include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/launcher.h"
-#include "packMesh/parallel/mpi_session.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh::hemocell {
 
@@ -77,7 +76,7 @@ void requireConnected() {
   if (!areConnected(tasks)) throw AgreedFailure({ExitCode::notConnected, notConnectedText(tasks)});
 }
 
-Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks) {
+Threads makeThreads(std::optional<std::int64_t> requested, const Communicator& ranks) {
   const int cores = availableCores();
   std::int64_t threads = ranks.alone() ? cores : 1;
   if (requested) {

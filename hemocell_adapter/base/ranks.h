@@ -6,8 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "hemocell_adapter/base/agreed_failure.h"
-#include "packMesh/parallel/arrival.h"
+#include "hemocell_adapter/base/exit_codes.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/threads.h"
 
@@ -41,6 +40,6 @@ inline constexpr int maxThreads = 1024;
 /// @throws UsageError if OMP_NUM_THREADS is not 1 ... maxThreads, or if several are requested of each of
 /// several ranks whose MPI permits one thread only; where they were not requested, one is used, with a
 /// warning
-Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks);
+Threads makeThreads(std::optional<std::int64_t> requested, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

@@ -14,6 +14,31 @@
 
 namespace packmesh::hemocell {
 
+/// A plane of nodes perpendicular to an axis: 0 is the first, 1 the next; -1 is the last, -6 is "last - 5".
+using NodePlane = std::int64_t;
+
+/// Planes from `lo` to `hi`, inclusive, along an axis.
+struct NodeRange {
+  int axis = 0;
+  NodePlane lo = 0, hi = -1;
+};
+inline bool operator==(const NodeRange& a, const NodeRange& b) {
+  return a.axis == b.axis && a.lo == b.lo && a.hi == b.hi;
+}
+
+/// Index of the plane in a lattice with `nodes` nodes along the axis; can lie outside 0 .. nodes - 1.
+inline std::int64_t planeIn(NodePlane plane, int nodes) {
+  return plane >= 0 ? plane : nodes + plane;
+}
+
+/// "42", "last", "last - 5".
+std::string toString(NodePlane plane);
+/// "y 0 42".
+std::string toString(const NodeRange& range);
+
+/// Parses the output of toString(), with or without blanks around the sign; empty for anything else.
+std::optional<NodePlane> nodePlaneFromString(const std::string& text);
+
 enum class Kind {
   number,   ///< finite decimal number, or one of ValueSpec::choices; double or std::string
   integer,  ///< whole number (`50`, `50.0`, `1e3`); std::int64_t
@@ -28,9 +53,9 @@ enum class Kind {
   numbers,  ///< one or more; std::vector<double>
 };
 
-struct Given;  // numbers instead of a file (settings/source.h)
+struct MemoryInput;  // numbers instead of a file (settings/request.h)
 using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>,
-                           std::shared_ptr<const Given>>;
+                           std::shared_ptr<const MemoryInput>>;
 
 /// True for names of cells, which become names of files and entries of tables: visible, without what other
 /// programs take for something else. A spreadsheet takes =, +, - or @ at the beginning for a formula, a

@@ -5,8 +5,7 @@
 
 #include <vector>
 
-#include "packMesh/io/hdf5_meshes.h"
-#include "packMesh/problem/cell.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/problem/physics.h"
 
 namespace packmesh::hemocell {

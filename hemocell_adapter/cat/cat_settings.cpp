@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
-#include "hemocell_adapter/settings/setting_groups.h"
+#include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {

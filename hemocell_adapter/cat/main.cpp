@@ -9,14 +9,14 @@
 #include <memory>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/python_command.h"
 #include "packMesh/cat/cat_cells.h"
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/tetrahedra.h"
 #include "packMesh/core/error.h"
-#include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
+#include "packMesh/packing/packing_file.h"
 
 namespace {
 

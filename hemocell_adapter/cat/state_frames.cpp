@@ -7,14 +7,12 @@
 #include <utility>
 
 #include "hemocell_adapter/base/interruption.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/cat/cat.h"
-#include "hemocell_adapter/output/shared_files.h"
-#include "packMesh/io/hdf5_meshes.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "packMesh/packing/packing_file.h"
-#include "packMesh/packing/write_together.h"
 
 namespace packmesh::hemocell {
 namespace {

@@ -6,14 +6,14 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/output/requested_outputs.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "packMesh/packing/packing_problem.h"
 
 namespace packmesh::hemocell {
 
 /// Writes the states to a folder, as state_<number>.h5 (packing_file.h, with `scale`), and with up to
-/// `mostWithCatCells` cells cat_cells_<number>.h5 (hdf5_meshes.h): the cells of the chordal axis transform in
-/// which they grow. The command packmesh makes the series of them.
+/// `mostWithCatCells` cells cat_cells_<number>.h5 (packing_file.h): the cells of the chordal axis transform
+/// in which they grow. The command packmesh makes the series of them.
 class StateFrames {
  public:
   /// CAT cells of more cells would take longer than growth.

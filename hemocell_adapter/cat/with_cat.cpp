@@ -8,7 +8,7 @@
 #include "hemocell_adapter/problem/make_problem.h"
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/cat_engine.h"
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/tetrahedra.h"
 
 namespace packmesh::hemocell {
 

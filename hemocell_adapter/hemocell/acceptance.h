@@ -52,4 +52,12 @@ class Acceptance {
 std::unique_ptr<Wall> makeAcceptedWall(const Wall* wall, std::shared_ptr<const Lattice> lattice,
                                        int minimumDistanceFromSolid, double wallClearance);
 
+/// Like makeAcceptedWall, but the lattice repeats along axes where `container` is periodic: there the faces
+/// of the lattice are not walls, and only the flags of the (repeated) nodes count. Owns its data.
+/// @param reach largest distance of a vertex outside the period [µm]
+std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Container> container,
+                                                     std::shared_ptr<const Lattice> lattice,
+                                                     int minimumDistanceFromSolid, double reach,
+                                                     double wallClearance);
+
 }  // namespace packmesh::hemocell

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/settings/construction.h"
-#include "hemocell_adapter/settings/source.h"
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/shape.h"
 #include "packMesh/soft/membrane.h"

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/case.h"
-#include "hemocell_adapter/hemocell/case_source.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh::hemocell {

@@ -110,4 +110,11 @@ bool isFilledByParity(const TriangleMesh& mesh);
 /// closed.
 void fillInside(Lattice& lattice, const TriangleMesh& surface);
 
+/// Distance by which HemoCell moves every vertex of templates and vessels outwards, in lattice units.
+inline constexpr double inflation = 1e-3;
+
+/// Moves each vertex by `distance` along the normalised unweighted mean of the unit normals of its faces. As
+/// in HemoCell, sequentially and in place: later vertices see their neighbours already moved.
+void inflate(TriangleMesh& mesh, double distance);
+
 }  // namespace packmesh::hemocell

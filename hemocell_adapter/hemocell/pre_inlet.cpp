@@ -8,10 +8,10 @@
 #include <cctype>
 #include <set>
 
-#include "hemocell_adapter/base/setting_name.h"
-#include "packMesh/container/vessel_ends.h"
+#include "hemocell_adapter/base/messages.h"
+#include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
-#include "packMesh/mesh/polygon.h"
+#include "packMesh/mesh/openings.h"
 
 namespace packmesh::hemocell {
 namespace {

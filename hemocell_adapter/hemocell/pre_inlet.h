@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/base/node_plane.h"
+#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/hemocell/lattice.h"
 
 namespace packmesh::hemocell {

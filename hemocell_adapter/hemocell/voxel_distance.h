@@ -10,8 +10,8 @@
 
 #include "hemocell_adapter/hemocell/lattice.h"
 #include "packMesh/container/container.h"
-#include "packMesh/field/bricks.h"
 #include "packMesh/field/distance_grid.h"
+#include "packMesh/field/sampled_distance.h"
 
 namespace packmesh::hemocell {
 

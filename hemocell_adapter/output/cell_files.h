@@ -3,11 +3,31 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "hemocell_adapter/output/packing.h"
 
 namespace packmesh::hemocell {
+
+/// Whether a .pos file has cells; the plug-in leaves files that only have their number.
+bool hasCells(const std::filesystem::path& posFile);
+
+/// Whether two files are in the same folder.
+bool isBeside(const std::filesystem::path& file, const std::filesystem::path& other);
+
+/// Names of the .pos files with cells that are in the folder of a state.
+struct PosFilesBeside {
+  std::vector<std::string> same;   ///< as they were written with it
+  std::vector<std::string> other;  ///< changed since, or never written with it
+};
+
+/// Both are empty if the file is not a readable state, or no .pos file was written with it. One rank calls.
+PosFilesBeside filesOfState(const std::filesystem::path& state);
+
+/// What to tell the user if a folder has .pos files that were written with a state there, and others. One
+/// rank calls.
+std::vector<std::string> warningsOfTwoRuns(const std::filesystem::path& folder);
 
 /// Writes them, all or none, and with them the state of the result. Every rank writes its cells, in the order
 /// of the ranks. A species of which cells have meshes of their own has no file. What an earlier packing has

@@ -12,8 +12,9 @@
 
 #include "hemocell_adapter/problem/problem.h"
 #include "hemocell_adapter/settings/request.h"
+#include "packMesh/packing/packing_file.h"
+#include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
-#include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/soft/membrane.h"
 
@@ -81,5 +82,18 @@ struct Packing : PackingResult {
 
   const Communicator& ranks() const { return problem->ranks; }
 };
+
+/// Of all ranks, of the cells that have meshes of their own; nothing if there are none, or none whose
+/// membrane HemoCell's laws can be applied to. All ranks call.
+std::optional<Deformations> deformationsOf(const Packing& packing);
+
+/// The same of each of these cells, which are of one rank: columns `force` [pN], and `volume_change`,
+/// `area_change`, `triangle_change`, `edge_change` [fraction]. 0 of a cell with the mesh of the template. No
+/// columns if the problem has no meshes but templates.
+std::vector<CellColumn> deformationColumns(const Problem& problem, const std::vector<PlacedCell>& cells);
+
+/// Of the cells of a state.
+std::vector<CellColumn> deformationColumns(const Problem& problem, const PackedParts& packed,
+                                           const std::vector<BodyState>& cells);
 
 }  // namespace packmesh::hemocell

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -15,6 +16,15 @@
 #include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
+
+/// What a state says of a request: JSON (request_json.h) without --restart, and the numbers that were given.
+/// Absolute paths of files in its folder become {"beside": relative path}, names that are not UTF-8 {"bytes":
+/// [...]}.
+StateRecord recordOf(const Request& request, const std::filesystem::path& state);
+
+/// The request of a state, with the folder in which it is now.
+/// @throws InputError if the state has none: it has the cells of a simulation, or is of version 2
+Request requestIn(const StateRecord& record, const std::filesystem::path& state);
 
 /// What is asked for or, if that is only a restart without a lumen, the request of the state, overridden by
 /// the rest of it. Any rank calls it on its own. @throws UsageError, InputError

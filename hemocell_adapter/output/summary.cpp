@@ -5,11 +5,11 @@
 
 #include <cmath>
 
-#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/clearances.h"
-#include "hemocell_adapter/problem/fahraeus.h"
+#include "hemocell_adapter/problem/depth_profile.h"
+#include "hemocell_adapter/problem/make_species.h"
 #include "hemocell_adapter/problem/parts.h"
-#include "hemocell_adapter/problem/soft_species.h"
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {

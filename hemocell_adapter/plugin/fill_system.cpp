@@ -1,24 +1,182 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A bug of HemoCell 2.7 in the exchange of particles across periodic faces between ranks.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/lattice.h"
-#include "hemocell_adapter/plugin/periodic_exchange.h"
 #include "hemocell_adapter/session/running_hemocell.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "hemocell_adapter/settings/request_json.h"
-#include "packMesh/core/best_pose.h"
+#include "packMesh/core/pose.h"
 #include "packMesh/hemocell_system.h"
-#include "packMesh/parallel/arrival.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// Whether HemoCell can lose cells at the first iteration. It shifts the particles that a rank receives from
+/// another one by the period in the buffer itself, for each pair of blocks and each image of a block in turn,
+/// so that all after the first are shifted repeatedly (Proposals to HemoCell, 9). This does no harm where a
+/// block spans the period: the block then makes the images itself. Neither where the blocks of a rank happen
+/// to pass on what is missing, in small systems. Collective.
+bool losesCells(const plugin::System& system, const Communicator& ranks);
+
+/// Warns if so, and says what helps. Collective.
+void warnOfLostCells(const plugin::System& system, const Communicator& ranks);
+
+namespace {
+
+/// The nodes of a block, both ends included.
+struct Extent {
+  std::int64_t rank;
+  std::array<std::int64_t, 3> first, last;
+};
+
+/// Whether `from`, moved by `images` periods, meets the envelope of `to`.
+bool reaches(const Extent& from, const std::array<int, 3>& images, const Extent& to,
+             const plugin::System& system) {
+  for (int a = 0; a < 3; ++a) {
+    const std::int64_t shift = images[a] * (system.last[a] - system.first[a] + 1);
+    if (from.first[a] + shift > to.last[a] + system.particleEnvelope ||
+        from.last[a] + shift < to.first[a] - system.particleEnvelope)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool losesCells(const plugin::System& system, const Communicator& ranks) {
+  std::vector<Extent> mine;
+  for (const plugin::Block& block : system.blocks) mine.push_back({ranks.rank(), block.first, block.last});
+  std::vector<int> exchanges(ranks.size(), 0);    // across periodic faces, with each rank
+  std::vector<bool> needed(ranks.size(), false);  // some of them
+  for (const Extent& from : ranks.gatherAll(mine)) {
+    if (from.rank == ranks.rank()) continue;
+    for (const Extent& to : mine)
+      for (int image = 0; image < 27; ++image) {
+        const std::array<int, 3> images = {image % 3 - 1, image / 3 % 3 - 1, image / 9 - 1};
+        bool across = false, possible = true, divided = false;
+        for (int a = 0; a < 3; ++a) {
+          if (images[a] == 0) continue;
+          across = true;
+          possible = possible && system.periodic[a];
+          divided = divided || to.first[a] > system.first[a] || to.last[a] < system.last[a];
+        }
+        if (!across || !possible || !reaches(from, images, to, system)) continue;
+        ++exchanges[from.rank];
+        needed[from.rank] = needed[from.rank] || divided;
+      }
+  }
+  bool loses = false;
+  for (int r = 0; r < ranks.size(); ++r) loses = loses || (exchanges[r] > 1 && needed[r]);
+  return ranks.any(loses);
+}
+
+void warnOfLostCells(const plugin::System& system, const Communicator& ranks) {
+  if (ranks.alone() || !losesCells(system, ranks)) return;
+  const int axes = int(system.periodic[0]) + int(system.periodic[1]) + int(system.periodic[2]);
+  log::warning(fmt::format(
+      "HemoCell 2.7 can delete cells at periodic faces in the first iteration: with {} on {} ranks, ranks "
+      "exchange "
+      "particles across these faces more than once, and HemoCell then shifts them repeatedly. Run on one "
+      "rank, {}, or "
+      "correct HemoCell (Proposals to HemoCell, 9). To verify, call packmesh::verifyParticles(hemocell, "
+      "loaded) after "
+      "the first iterate()",
+      axes == 1 ? "several atomic blocks per rank" : fmt::format("{} periodic axes", axes), ranks.size(),
+      axes == 1 ? "with one atomic block per rank"
+                : "call setSystemPeriodicity(axis, false) for all axes but one"));
+}
+
+}  // namespace packmesh::hemocell
 
 namespace packmesh::plugin {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PosHead {
+  std::int64_t count = -1;  ///< as HemoCell reads it; negative: no number
+  bool onlyCount = false;   ///< nothing follows
+};
+
+std::optional<PosHead> headOf(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) return {};
+  PosHead head;
+  std::string next;
+  if (!(in >> head.count)) head.count = -1;
+  head.onlyCount = head.count >= 0 && !(in >> next);
+  return head;
+}
+
+bool written(const fs::path& file, std::int64_t count) {
+  std::ofstream out(file);
+  out << count << '\n';
+  return bool(out.flush());
+}
+
+}  // namespace
+
+void writeCounts(const std::vector<std::string>& names, const std::vector<std::int64_t>& counts,
+                 const std::string& checkpointFolder, bool periodic) {
+  const fs::path folder = checkpointFolder;
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  const bool earlier = fs::exists(folder / "checkpoint.xml", ignored);  // the checkpoint of another run
+  std::string unwritten, other, kept;
+  const auto add = [](std::string& list, const std::string& item) {
+    list += (list.empty() ? "" : ", ") + item;
+  };
+  for (std::size_t t = 0; t < names.size(); ++t) {
+    const fs::path here = names[t] + ".pos";
+    for (const fs::path& file : {here, folder / here}) {
+      const std::optional<PosHead> head = headOf(file);
+      if (head && head->count == counts[t]) continue;
+      if (head && !head->onlyCount) {
+        add(other, head->count < 0 ? fmt::format("{} has no number of cells", file.string())
+                                   : fmt::format("{} announces {}, {} were added", file.string(), head->count,
+                                                 counts[t]));
+        continue;
+      }
+      if (head && earlier && file != here) {
+        const fs::path old = file.string() + ".old";
+        fs::rename(file, old, ignored);
+        add(kept, old.string());
+      }
+      if (!written(file, counts[t])) add(unwritten, file.string());
+    }
+  }
+  if (!kept.empty())
+    hemocell::log::warning(
+        fmt::format("{} has a checkpoint of another run, whose numbers of cells are now in {}: to restart "
+                    "from it, rename "
+                    "them back",
+                    folder.string(), kept));
+  if (!unwritten.empty())
+    hemocell::log::warning(fmt::format(
+        "Cannot write {} with the number of cells: a restart would delete cells across periodic faces",
+        unwritten));
+  if (!other.empty() && periodic)
+    hemocell::log::warning(
+        fmt::format("HemoCell takes the number of cells from .pos files when it loads a checkpoint ({}). "
+                    "hemocell.loadCheckPoint() would delete the cells across periodic faces: call "
+                    "packmesh::loadCheckPoint(hemocell) "
+                    "instead, or remove the files",
+                    other));
+}
+
 namespace {
 
 using hemocell::Lattice;

@@ -10,15 +10,15 @@
 #include <optional>
 #include <utility>
 
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/make_species.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
-#include "packMesh/packing/state_cells.h"
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/packing/state_file.h"
+#include "packMesh/parallel/blocks.h"
 
 namespace packmesh::hemocell {
 namespace {

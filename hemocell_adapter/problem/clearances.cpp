@@ -98,9 +98,9 @@ std::vector<Clearances> clearanceLevels(const Problem& problem) {
   return levels;
 }
 
-PackingResult packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
-                           std::int64_t cells, const std::function<double()>& elapsed,
-                           const PackWith& packWith) {
+PackingResult packWithClearances(const Request& request, const std::vector<Clearances>& levels,
+                                 std::size_t first, std::int64_t cells,
+                                 const std::function<double()>& elapsed, const PackWith& packWith) {
   const std::int64_t cheapSweeps =
       request.method == Method::cat
           ? cheapIterations

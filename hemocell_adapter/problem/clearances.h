@@ -41,8 +41,8 @@ using PackWith =
 /// then larger ones until the time limit or convergence. Deterministic except for time limits.
 /// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
-PackingResult packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
-                           std::int64_t cells, const std::function<double()>& elapsed,
-                           const PackWith& packWith);
+PackingResult packWithClearances(const Request& request, const std::vector<Clearances>& levels,
+                                 std::size_t first, std::int64_t cells,
+                                 const std::function<double()>& elapsed, const PackWith& packWith);
 
 }  // namespace packmesh::hemocell

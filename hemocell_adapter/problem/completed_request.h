@@ -9,12 +9,27 @@
 
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/problem/cell_species.h"
 #include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
 
+/// The place of the pre-inlet: as requested, otherwise from the code; empty if none is packed. A
+/// contradiction and a slice that is not read cause a warning.
+/// @throws UsageError, InputError if it cannot be determined
+std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* simulation,
+                                            std::vector<std::string>& warnings);
+
+/// The species with their minimum distances from solid: as specified, otherwise from the code (or of the
+/// running system), otherwise 0; warnings as above, and if there is no code.
+std::vector<SpeciesPlan> withDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan> all,
+                                                std::vector<std::string>& warnings);
+
+/// Warnings about walls and periodic axes that the code sets and that packing does not know.
+std::vector<std::string> unreadWalls(const Request& request, const Case* simulation);
+
 /// A request for a case or for none, of which nothing is left open, apart from what is written
-/// (output/requested_outputs.h).
+/// (output/output_files.h).
 struct CompletedRequest {
   Request request;
   std::shared_ptr<const Case> simulation;  ///< nullptr: none

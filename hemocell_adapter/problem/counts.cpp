@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"

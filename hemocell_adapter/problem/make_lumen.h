@@ -2,10 +2,24 @@
 /// @file Builds the lumen of a request.
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "hemocell_adapter/problem/lumen.h"
 #include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
+
+/// A warning about a wall without a solid node: HemoCell does not see it. Empty if there is none, or no
+/// lattice.
+std::optional<std::string> unseenWallWarning(const Lumen& lumen);
+
+/// The body of `<container>`, or the box of the case, less the obstacles.
+Lumen containerLumen(const Request& request, const Case* simulation);
+
+/// A case with an STL: the vessel as HemoCell places it, open along x.
+Lumen vesselLumen(const Request& request, const Case& simulation,
+                  const std::optional<PreInletPlace>& preInlet);
 
 /// Builds the lumen of a request, and the case it is for (nullptr: none), for packing and checking alike.
 ///

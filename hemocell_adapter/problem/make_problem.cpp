@@ -8,22 +8,19 @@
 #include <optional>
 #include <utility>
 
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 #include "hemocell_adapter/problem/blood.h"
-#include "hemocell_adapter/problem/code_facts.h"
+#include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/counts.h"
-#include "hemocell_adapter/problem/fahraeus.h"
+#include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/make_species.h"
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "hemocell_adapter/problem/plan_profile.h"
-#include "hemocell_adapter/problem/soft_species.h"
 #include "hemocell_adapter/problem/species_plans.h"
-#include "hemocell_adapter/problem/unseen_walls.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 
@@ -89,7 +86,7 @@ Scene makeScene(const CompletedRequest& completed, const Communicator& ranks, st
   scene.simulation = completed.simulation;
   scene.preInlet = completed.preInlet;
   scene.ranks = ranks;
-  scene.team = teamOf(scene.request.threads, ranks);
+  scene.team = makeThreads(scene.request.threads, ranks);
   scene.inputs = recordedInputs();
   const Case* const simulation = scene.simulation.get();
   Lumen lumen = makeLumen(scene.request, simulation, scene.preInlet);

@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/hemocell/inflation.h"
+#include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/hemocell/lattice.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
@@ -66,7 +66,7 @@ std::optional<std::string> violationAt(const OtherLattice& other, const Acceptan
 }
 
 /// Walls of which the first is that of the lumen, the others those of other spacings.
-class KeptEverywhere final : public Wall {
+class WallAtAllSpacings final : public Wall {
  public:
   struct Other {
     OtherLattice at;
@@ -74,7 +74,7 @@ class KeptEverywhere final : public Wall {
     std::unique_ptr<const Wall> wall;
   };
 
-  KeptEverywhere(std::shared_ptr<const Wall> own, std::vector<Other> others)
+  WallAtAllSpacings(std::shared_ptr<const Wall> own, std::vector<Other> others)
       : own_(std::move(own)), others_(std::move(others)) {}
 
   WallDistance distance(const Vec3& p) const override {
@@ -203,7 +203,7 @@ double inflationElsewhere(const Lumen& lumen, double dx) {
 std::shared_ptr<const Wall> wallAtAllSpacings(std::shared_ptr<const Wall> wall, const CellSpecies& species,
                                               const Lumen& lumen, double dx, double wallClearance) {
   if (lumen.others.empty()) return wall;
-  std::vector<KeptEverywhere::Other> others;
+  std::vector<WallAtAllSpacings::Other> others;
   for (std::size_t i = 0; i < lumen.others.size(); ++i) {
     const OtherLattice& other = lumen.others[i];
     const double beyond = 2.0 * inflation * std::max(0.0, other.dx - dx);
@@ -211,7 +211,7 @@ std::shared_ptr<const Wall> wallAtAllSpacings(std::shared_ptr<const Wall> wall, 
         {other, species.others[i],
          makeAcceptedWall(nullptr, other.lattice, species.minimumDistanceFromSolid, wallClearance - beyond)});
   }
-  return std::make_shared<KeptEverywhere>(std::move(wall), std::move(others));
+  return std::make_shared<WallAtAllSpacings>(std::move(wall), std::move(others));
 }
 
 }  // namespace packmesh::hemocell

@@ -15,8 +15,8 @@
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/solid.h"
-#include "packMesh/container/body_region.h"
-#include "packMesh/container/depth_shell.h"
+#include "packMesh/container/region.h"
+#include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
@@ -56,7 +56,7 @@ std::vector<Cell> drawn(std::vector<Cell> cells, std::int64_t count, std::uint64
 }
 
 /// Existing cells as those that packing starts from, numbered.
-std::vector<Cell> startsOf(const std::vector<PresentCell>& present) {
+std::vector<Cell> initialCells(const std::vector<PresentCell>& present) {
   std::vector<Cell> cells;
   for (const PresentCell& cell : present)
     cells.push_back({std::int64_t(cells.size()), cell.species, poseOf(cell), {}, Scene::shapeOf(cell)});
@@ -67,7 +67,7 @@ std::vector<Cell> startsOf(const std::vector<PresentCell>& present) {
 /// which coinciding cells could be separated.
 std::vector<Cell> startOf(const Scene& scene, int s) {
   constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
-  std::vector<Cell> cells = startsOf(scene.species[s].start);
+  std::vector<Cell> cells = initialCells(scene.species[s].start);
   std::set<std::array<double, 3>> taken;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Vec3& at = cells[i].pose.position;
@@ -152,9 +152,9 @@ std::vector<std::vector<Pose>> startInShells(const Scene& scene, const DepthProf
   return start;
 }
 
-class Parting {
+class PartsMaker {
  public:
-  Parting(const Scene& scene, const Layout& layout, const PackedParts& packed)
+  PartsMaker(const Scene& scene, const Layout& layout, const PackedParts& packed)
       : scene_(scene),
         profile_(layout.profile.get()),
         packed_(packed),
@@ -179,7 +179,7 @@ class Parting {
       part.cells.name += ", fixed";
       part.cells.freedom.fixed = true;
       part.cells.freedom.cone.reset();
-      add(part, startsOf(species.fixed));
+      add(part, initialCells(species.fixed));
     }
     if (profile_ && profile_->species[s].isAsked())
       freeInShells(s);
@@ -197,8 +197,8 @@ class Parting {
     const SpeciesRequest* const asked = findSpecies(scene_.request, scene_.species[s].name);
     if (!scene_.request.blood || !asked || !asked->inBlood) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
-    for (const Cell& cell :
-         drawn(startsOf(scene_.species[s].blood.crowded), missing(), scene_.request.seed, std::uint64_t(s)))
+    for (const Cell& cell : drawn(initialCells(scene_.species[s].blood.crowded), missing(),
+                                  scene_.request.seed, std::uint64_t(s)))
       start.push_back(cell);
     for (const Cell& cell : addLike(start, missing(), scene_, std::uint32_t(s))) start.push_back(cell);
     return start;
@@ -504,7 +504,7 @@ PackedParts partsAt(const Scene& scene, const Layout& layout, const Clearances& 
     packed.walls.back() =
         wallAtAllSpacings(wall->second, species, scene.lumen, scene.request.dx, clearance + margin);
   }
-  packed.parts = Parting(scene, layout, packed)();
+  packed.parts = PartsMaker(scene, layout, packed)();
   return packed;
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "packMesh/core/tolerances.h"
 

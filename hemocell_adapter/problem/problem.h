@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/case.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/pre_inlet.h"
-#include "hemocell_adapter/hemocell/read_lines.h"
 #include "hemocell_adapter/problem/cell_species.h"
 #include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/lumen.h"

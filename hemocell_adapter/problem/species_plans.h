@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What is to be built and read for each species of a request.
+/// @file Which species are packed, and what is to be built and read for each.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,29 @@
 #include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
+
+/// Whether its volume counts in the hematocrit: as stated, or by its name.
+bool isRedCell(const SpeciesRequest& request);
+
+/// The species of a request, with those in its state files.
+struct SpeciesOfStates {
+  std::vector<SpeciesRequest> species;
+  bool deformed = false;  ///< cells in the files have meshes of their own
+};
+/// @throws InputError
+SpeciesOfStates speciesWithStates(const Request& request);
+
+/// The species to pack, and the hematocrit that determines the number of one of them.
+struct SpeciesToPack {
+  std::vector<SpeciesRequest> species;
+  std::optional<double> hematocrit;
+};
+/// Those that are stated, plus RBC (and PLT) if a hematocrit requires them. Of a hematocrit and the number of
+/// red cells, what is stated later replaces the other.
+/// @param simulation nullptr: none
+/// @throws UsageError, InputError
+SpeciesToPack chooseSpecies(const Request& request, const Case* simulation,
+                            std::vector<std::string>& warnings);
 
 /// What is to be built of each species of a complete request. Reads existing cells, and `<Cell>.xml`.
 /// @throws UsageError, InputError

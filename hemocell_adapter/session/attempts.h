@@ -2,6 +2,7 @@
 /// @file Packing of one problem with a sequence of clearances, with progress, states and interruptions.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -10,10 +11,39 @@
 
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/clearances.h"
-#include "hemocell_adapter/session/progress_log.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/problem.h"
 #include "packMesh/core/timer.h"
 
 namespace packmesh::hemocell {
+
+/// On a terminal a line that is updated in place, otherwise (in files, under Slurm) a plain line at
+/// intervals: stage, hematocrit of the cells at their current size, remaining overlap, elapsed time, and
+/// remaining time if there is a forecast. References the problem and a sample of its lumen.
+class ProgressLog {
+ public:
+  ProgressLog(const Problem& problem, LumenSample& sample);
+
+  void operator()(const Progress& progress);
+
+  /// Since packing began [s].
+  double seconds() const;
+  /// Time that is left [s], if there is a forecast. Nothing in the first second: short packings end before.
+  std::optional<double> remaining(double seconds);
+  /// The line.
+  std::string text(const Progress& progress, double seconds);
+
+ private:
+  /// From the forecast, which is computed on demand, since short packings end before. [s]
+  std::optional<double> expectedSeconds();
+
+  const Problem& problem_;
+  LumenSample& sample_;
+  double hematocrit_;  ///< of all cells at full size
+  std::optional<Forecast> forecast_;
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  double last_ = 0.0;
+};
 
 /// What a packing asks and tells while it runs; empty: never interrupted, a ProgressLog.
 struct Hooks {
@@ -35,10 +65,11 @@ class Attempts {
   /// @throws InputError, AgreedFailure
   std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
 
-  /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
-  /// clearances unless interrupted. Its cells are not counted yet. @param timer since packing began
+  /// Packs with the widest clearances that are found quickly, as packWithClearances() does, and reports
+  /// effort and clearances unless interrupted. Its cells are not counted yet. @param timer since packing
+  /// began
   /// @param fewerCells if not all can be packed, whether the densest packing of fewer is searched for
-  Packing withRoom(const Timer& timer, bool fewerCells = true);
+  Packing withClearances(const Timer& timer, bool fewerCells = true);
 
   /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);

@@ -9,17 +9,16 @@
 #include <string>
 #include <utility>
 
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
-#include "hemocell_adapter/output/deformation.h"
-#include "hemocell_adapter/output/files_of_state.h"
+#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/shared_cells.h"
-#include "packMesh/core/poll_scope.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
 

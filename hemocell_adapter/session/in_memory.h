@@ -12,7 +12,7 @@
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/packing/packing_file.h"
-#include "packMesh/packing/state_cells.h"
+#include "packMesh/packing/state_file.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {

@@ -10,13 +10,12 @@
 #include <sstream>
 #include <utility>
 
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/files_of_state.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -24,9 +23,8 @@
 #include "hemocell_adapter/session/session.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/mesh/self_intersection_finder.h"
+#include "packMesh/mesh/self_intersection.h"
 #include "packMesh/packing/id_shares.h"
-#include "packMesh/packing/state_cells.h"
 #include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {

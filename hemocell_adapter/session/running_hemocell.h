@@ -10,7 +10,7 @@
 
 #include "hemocell_adapter/hemocell/case.h"
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/problem/cell.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh::hemocell {
 

@@ -2,34 +2,176 @@
 #include "hemocell_adapter/session/session.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
-#include "hemocell_adapter/output/deformation.h"
-#include "hemocell_adapter/output/requested_outputs.h"
+#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/plan_profile.h"
-#include "hemocell_adapter/problem/softened.h"
-#include "hemocell_adapter/problem/tiling.h"
+#include "hemocell_adapter/problem/soft_problem.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "hemocell_adapter/session/examination.h"
-#include "hemocell_adapter/session/memory.h"
-#include "packMesh/core/poll_scope.h"
+#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {
+namespace {
+
+/// Measured as the difference in peak memory between 500,000 and 100,000 cells in a periodic box on one rank:
+/// 912 bytes per cell if cells have hardly any neighbours (red cells at 0.02, platelets at 0.002), 1345 for
+/// red cells at 0.2. The smallest value of any packing is used, so that nothing feasible is refused.
+constexpr double bytesPerCell = 900.0;
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// The first number in a file; infinite if there is none.
+double numberIn(const std::string& file) {
+  std::ifstream in(file);
+  double number = 0.0;
+  return in >> number ? number : unlimited;
+}
+
+/// MemAvailable of /proc/meminfo.
+double leftOnMachine() {
+  std::ifstream in("/proc/meminfo");
+  std::string name, unit;
+  for (double kilobytes = 0.0; in >> name >> kilobytes; std::getline(in, unit))
+    if (name == "MemAvailable:") return 1024.0 * kilobytes;
+  return unlimited;
+}
+
+/// Of control groups as containers and batch systems set them (versions 2 and 1).
+double leftInGroup() {
+  const double second = numberIn("/sys/fs/cgroup/memory.max") - numberIn("/sys/fs/cgroup/memory.current");
+  const double first = numberIn("/sys/fs/cgroup/memory/memory.limit_in_bytes") -
+                       numberIn("/sys/fs/cgroup/memory/memory.usage_in_bytes");
+  const auto known = [](double left) { return left >= 0.0 ? left : unlimited; };  // false for NaN
+  return std::min(known(second), known(first));
+}
+
+double leftOfAddressSpace() {
+  rlimit limit = {};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unlimited;
+  const double used = numberIn("/proc/self/statm") * static_cast<double>(sysconf(_SC_PAGESIZE));
+  return std::max(0.0, static_cast<double>(limit.rlim_cur) - (used < unlimited ? used : 0.0));
+}
+
+/// Ranks on this machine, as stated by the launcher; otherwise all of them may be.
+int ranksHere(const Communicator& ranks) {
+  for (const char* variable : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"})
+    if (const char* text = std::getenv(variable))
+      if (const int number = std::atoi(text); number > 0) return number;
+  return ranks.size();
+}
+
+}  // namespace
+
+double leastMemory(double cells) {
+  return bytesPerCell * cells;
+}
+
+double availableMemory(const Communicator& ranks) {
+  return std::min(std::min(leftOnMachine(), leftInGroup()) / ranksHere(ranks), leftOfAddressSpace());
+}
+
+void requireMemory(std::int64_t cells, const Communicator& ranks) {
+  const double needed = leastMemory(static_cast<double>(cells) / ranks.size()), left = availableMemory(ranks);
+  if (needed <= left) return;
+  constexpr double gigabyte = 1e9;
+  throw InputError(
+      fmt::format("not enough memory: {} cells take at least {:.3g} GB on each of {} rank{}, and {:.3g} GB "
+                  "are left for each. Request fewer cells or use more machines",
+                  cells, needed / gigabyte, ranks.size(), ranks.size() == 1 ? "" : "s", left / gigabyte));
+}
+
+void requireTileable(const Problem& problem) {
+  double cells = 0.0, tiles = 1.0;
+  const std::array<int, 3>& times = problem.request.tiles;
+  for (const CellSpecies& species : problem.species) cells += double(species.count);
+  for (int k = 0; k < 3; ++k) {
+    tiles *= times[k];
+    if (times[k] > 1 && !(problem.lumen.container->period()[k] > 0.0))
+      throw InputError(fmt::format(
+          named("tile") + ": the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
+    if (times[k] * problem.lumen.container->bounds().size()[k] > specs::largestLength)
+      throw InputError(fmt::format(named("tile") + ": the box would be more than {:.0f} µm long along {}",
+                                   specs::largestLength, "xyz"[k]));
+  }
+  if (cells * tiles > specs::largestCount)
+    throw InputError(fmt::format(named("tile") + ": {:.3g} cells are too many; at most {:.0f} can be packed",
+                                 cells * tiles, specs::largestCount));
+}
+
+namespace {
+
+/// The species of a larger box with their cells, which are all there. All ranks call.
+std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const PackingResult& result) {
+  std::vector<PosLine> lines;
+  for (const Pose& pose : result.poses) lines.push_back(problem.read->lineOf(pose));
+  lines = problem.ranks.gatherAll(lines);
+  const std::vector<PlacedCell> cells = problem.ranks.gatherAll(result.cells);
+  std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    SpeciesPlan& species = plans[s];
+    species.fixed.clear();
+    species.start.clear();
+    species.ownTriangles = problem.species[s].shape->mesh().triangles;
+    species.blood = {};
+    species.fixedFrom.clear();
+    species.startFrom = "the box that is repeated";
+    species.ratio.reset();
+  }
+  const std::array<int, 3>& times = problem.request.tiles;
+  const Vec3& box = *problem.request.boxSize;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const PlacedCell& cell = cells[i];
+    std::vector<PresentCell>& images = plans[cell.species].start;
+    for (int x = 0; x < times[0]; ++x)
+      for (int y = 0; y < times[1]; ++y)
+        for (int z = 0; z < times[2]; ++z) {
+          images.emplace_back(PosLine{lines[i].position + Vec3(x, y, z).cwiseProduct(box), lines[i].angles});
+          if (cell.shape != cell.species)
+            images.back().vertices = problem.shapes[cell.shape]->mesh().vertices;
+        }
+  }
+  for (SpeciesPlan& species : plans) species.statedCount = std::int64_t(species.start.size());
+  return plans;
+}
+
+}  // namespace
+
+Problem tiledProblem(const Problem& problem, const Clearances& clearances, const PackingResult& result) {
+  CompletedRequest big{problem.request, problem.simulation, {}, {}};
+  big.request.tiles = {1, 1, 1};
+  big.request.regions.clear();
+  big.request.inColumns = false;  // they are there
+  big.request.profile.reset();
+  big.request.dischargeHematocrit.reset();
+  big.request.hematocrit.reset();
+  for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
+  return problemWithCells(big, tiledPlans(problem, result), clearances, problem.ranks);
+}
+
 namespace {
 
 std::string outOfTimeText(double maxSeconds, const Delivery& delivery) {
@@ -147,7 +289,7 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
                                       const OutputRequest& output) {
   ProgressLog progressLog(*problem, sampleOf(problem));
-  Softened soft = softened(
+  SoftProblem soft = packSoftProblem(
       *problem, hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
       [&] { return ranks_.max(timer_.wall()); });
   if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
@@ -176,7 +318,7 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
   request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
   output.checkpointEvery = 0.0;
   Attempts attempts(rigid, output, sample, hooks_);
-  Packing found = attempts.withRoom(timer_, false);
+  Packing found = attempts.withClearances(timer_, false);
   if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
   if (found.outcome != Outcome::certified || found.cellCount == 0) return {};
@@ -197,7 +339,7 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   if (!found) {
     if (requested->request.soft) ready = withSoftCells(requested, output);
     Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_);
-    found = attempts.withRoom(timer_);
+    found = attempts.withClearances(timer_);
     stateSaved_ = attempts.saved();
     stateSavedOnce_ = attempts.savedAny();
   }

@@ -14,8 +14,31 @@
 #include "hemocell_adapter/problem/problem.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "packMesh/core/timer.h"
+#include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
+
+/// Lower bound of the memory of a process with this share of the cells [bytes], for cells without neighbours;
+/// at a hematocrit of 0.2 it is 1.5 times as much.
+double leastMemory(double cells);
+
+/// Memory available to this process [bytes]: within the limits of the machine, its control group and its
+/// address space, the first two shared among the ranks of the machine.
+double availableMemory(const Communicator& ranks);
+
+/// All ranks call, alone.
+/// @throws InputError with figures when this rank's share of so many cells does not fit
+void requireMemory(std::int64_t cells, const Communicator& ranks);
+
+/// @throws InputError if the box is not periodic along an axis along which it is repeated, or if there are
+///   too many cells
+void requireTileable(const Problem& problem);
+
+/// The problem of packing a larger box with cells that are there: those of `result`, whose species are the
+/// problem's, with all images of a cell in succession. All ranks call; each gets all cells.
+/// @param clearances that the packing has
+/// @throws InputError as requireTileable()
+Problem tiledProblem(const Problem& problem, const Clearances& clearances, const PackingResult& result);
 
 /// What becomes of a packing, in the words of messages.
 struct Delivery {

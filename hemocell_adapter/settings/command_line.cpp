@@ -294,7 +294,7 @@ class Parser {
   bool isCommand_ = false;
 };
 
-bool given(const Assignments& all, const std::string& option) {
+bool isGiven(const Assignments& all, const std::string& option) {
   return std::any_of(all.begin(), all.end(),
                      [&](const Assignment& a) { return option == a.setting->option; });
 }
@@ -343,7 +343,7 @@ void checkCombination(const Assignments& all, Command command) {
   refuseTwoShapes(all);
   for (const char* hematocrit : {"hematocrit", "discharge-hematocrit"}) {
     for (const char* other : {"rbc", "plt"}) {
-      if (given(all, hematocrit) && given(all, other)) {
+      if (isGiven(all, hematocrit) && isGiven(all, other)) {
         throw UsageError(
             fmt::format("option '--{}' excludes '--{}': the hematocrit determines the number{}", hematocrit,
                         other, other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
@@ -354,14 +354,14 @@ void checkCombination(const Assignments& all, Command command) {
     for (const Assignment& a : all)
       if (a.setting->packingOnly)
         throw UsageError(fmt::format("option '--{}' is for packing, not for check", a.setting->option));
-  if (given(all, "quiet") && given(all, "verbose")) throw UsageError("--quiet excludes --verbose");
+  if (isGiven(all, "quiet") && isGiven(all, "verbose")) throw UsageError("--quiet excludes --verbose");
   const char* lumen = nullptr;
   for (const char* option : {"cylinder", "sphere", "vessel"}) {
-    if (!given(all, option)) continue;
+    if (!isGiven(all, option)) continue;
     if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is only one lumen", lumen, option));
     lumen = option;
   }
-  if (given(all, "box") && command != Command::check) {
+  if (isGiven(all, "box") && command != Command::check) {
     throw UsageError("option '--box' is for check; to pack a box, give only its sizes: sX sY sZ");
   }
 }

@@ -9,15 +9,78 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "hemocell_adapter/base/node_plane.h"
-#include "hemocell_adapter/settings/construction.h"
-#include "hemocell_adapter/settings/source.h"
+#include "hemocell_adapter/base/value.h"
 #include "packMesh/cat/cat_settings.h"
 #include "packMesh/core/vector.h"
+#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
+
+/// How HemoCell constructs the template; named as in the case's C++ code.
+enum class Construction { rbcFromSphere, ellipsoidFromSphere, wbcSphere, meshFromStl };
+
+/// `RBC_FROM_SPHERE`, `ELLIPSOID_FROM_SPHERE`, `WBC_SPHERE`, `MESH_FROM_STL`.
+std::string toString(Construction construction);
+std::optional<Construction> constructionFromString(const std::string& text);
+/// All names.
+std::vector<std::string> constructionNames();
+
+/// Axes of a mesh file without `<Cell>.xml`: rotated as by MESH_FROM_STL, or as in the file.
+enum class MeshFrame { hemocell, file };
+
+/// `hemocell`, `file`.
+std::string toString(MeshFrame frame);
+std::vector<std::string> meshFrameNames();
+std::optional<MeshFrame> meshFrameFromString(const std::string& text);
+
+/// Numbers that a front end gives instead of a file: a mesh has the tables "vertices" (3 columns, in the unit
+/// of the request) and "triangles" (3), a profile one of a column for each of its own, lines of .pos files
+/// one of 6 columns for each kind of cell; cells of a state those of storedCells().
+struct MemoryInput {
+  std::string key;   ///< its name in JSON and in states, unique in a request
+  std::string what;  ///< the setting, with which messages begin (messages.h)
+  std::vector<StateTable> tables;
+
+  const StateTable* find(const std::string& name) const;
+};
+/// By their keys.
+using MemoryInputs = std::map<std::string, std::shared_ptr<const MemoryInput>>;
+
+/// A file or numbers in memory. Messages name it by string().
+struct Source {
+  Source() = default;
+  Source(std::filesystem::path path) : file(std::move(path)) {}
+  Source(const std::string& path) : file(path) {}
+  Source(const char* path) : file(path) {}
+  Source(std::shared_ptr<const MemoryInput> numbers) : file(numbers->what), given(std::move(numbers)) {}
+
+  std::filesystem::path file;  ///< with numbers: what messages call them
+  std::shared_ptr<const MemoryInput> given;
+
+  bool empty() const { return file.empty(); }
+  std::string string() const { return file.string(); }
+};
+inline bool operator==(const Source& a, const Source& b) {
+  return a.file == b.file && a.given == b.given;
+}
+
+/// Whether a source of existing cells is a state, by the name of the file; otherwise it has lines of .pos
+/// files.
+bool isState(const Source& source);
+
+/// The mesh, as readMesh() reads it. @throws InputError
+TriangleMesh meshFrom(const Source& source, std::vector<std::string>* notes = nullptr);
+
+/// The cells of a state; of numbers in memory all ranks have them, and this one's share is returned. All
+/// ranks call. @throws InputError
+StateCells cellsFrom(const Source& source, const Communicator& ranks, bool withMeshes = true);
+
+/// Cells of a state as numbers. Pre: all of them
+std::vector<StateTable> storedCells(const StateCells& state);
 
 /// Where a value was stated.
 struct Origin {
@@ -186,7 +249,7 @@ struct Request {
   // Limits, and what is done
   double maxSeconds = 0.0;                    ///< 0: no limit
   std::optional<std::int64_t> maxIterations;  ///< empty: default of the method
-  std::optional<std::int64_t> threads;        ///< of each rank; empty: teamOf() decides
+  std::optional<std::int64_t> threads;        ///< of each rank; empty: makeThreads() decides
   bool bestEffort = false;
   bool dryRun = false, validate = false;  ///< print what would be done; only check the input
   std::int64_t realisations = 1;
@@ -217,7 +280,7 @@ constexpr double packCellsPlateletRatio = 0.07;
 /// packCells' convention: a red cell has 97 µm³.
 constexpr double packCellsRedCellVolume = 97.0;
 
-/// Instead of a file: the profile of developed flow (profile_source.h).
+/// Instead of a file: the profile of developed flow (plan_profile.h).
 inline constexpr const char* developedProfile = "developed";
 
 /// Names of the export formats.

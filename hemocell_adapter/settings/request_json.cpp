@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
@@ -36,7 +36,7 @@ const Setting* settingOf(const std::string& key) {
 /// Applies JSON to a request.
 class Statement {
  public:
-  Statement(Request& request, const Origin& from, const Gifts& gifts)
+  Statement(Request& request, const Origin& from, const MemoryInputs& gifts)
       : request_(request), from_(from), gifts_(gifts) {}
 
   void apply(const Json& json) {
@@ -261,7 +261,7 @@ class Statement {
 
   Request& request_;
   const Origin& from_;
-  const Gifts& gifts_;
+  const MemoryInputs& gifts_;
 };
 
 template <class T>
@@ -342,7 +342,7 @@ Json jsonOf(const Value& value, const ValueSpec& spec) {
       [](const auto& v) -> Json {
         if constexpr (std::is_same_v<std::decay_t<decltype(v)>, Vec3>)
           return jsonOf(v);
-        else if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::shared_ptr<const Given>>)
+        else if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::shared_ptr<const MemoryInput>>)
           return {{"given", v->key}};
         else
           return v;
@@ -398,8 +398,8 @@ Json toJson(const Request& request) {
   return stated(json);
 }
 
-Gifts giftsOf(const Request& request) {
-  Gifts all;
+MemoryInputs memoryInputsOf(const Request& request) {
+  MemoryInputs all;
   const auto add = [&](const Source& source) {
     if (source.given) all[source.given->key] = source.given;
   };
@@ -419,13 +419,13 @@ Gifts giftsOf(const Request& request) {
   return all;
 }
 
-Request withJson(Request base, const Json& json, const Origin& from, const Gifts& gifts) {
+Request withJson(Request base, const Json& json, const Origin& from, const MemoryInputs& gifts) {
   Statement(base, from, gifts).apply(json);
   return base;
 }
 
 Request overridden(Request base, const Request& by) {
-  base = withJson(std::move(base), toJson(by), {}, giftsOf(by));
+  base = withJson(std::move(base), toJson(by), {}, memoryInputsOf(by));
   for (const auto& [key, origin] : by.origins) base.origins[key] = origin;
   const auto keepPlaces = [](const std::optional<ContainerRequest>& from,
                              std::optional<ContainerRequest>& to) {

@@ -24,14 +24,14 @@ using Json = nlohmann::ordered_json;
 /// All that the request states, and nothing else.
 Json toJson(const Request& request);
 /// The numbers that stand in it instead of files.
-Gifts giftsOf(const Request& request);
+MemoryInputs memoryInputsOf(const Request& request);
 
 /// `base`, overridden by what JSON states: a value replaces that of its key, and a value of another key that
 /// says the same in another way (a hematocrit the discharge hematocrit, the count of a species its ratio).
 /// Species are those of their names or added; a body or a list of bodies replaces that of `base`; files of
 /// existing cells and exports are added to those of `base`.
 /// @throws UsageError, or InputError if the origin is a state: for unknown keys and invalid values
-Request withJson(Request base, const Json& json, const Origin& from, const Gifts& gifts = {});
+Request withJson(Request base, const Json& json, const Origin& from, const MemoryInputs& gifts = {});
 
 /// `base`, overridden by what the other request states, which keeps its origins.
 Request overridden(Request base, const Request& by);

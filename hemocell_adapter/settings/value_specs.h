@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hemocell_adapter/base/value.h"
-#include "hemocell_adapter/settings/construction.h"
+#include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell::specs {
 

@@ -4,9 +4,11 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <set>
 #include <vector>
 
-#include "packMesh/certificate/certificate_input.h"
+#include "packMesh/certificate/certificate.h"
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
 
@@ -48,5 +50,15 @@ void setMeasuresOfCell(CellMeasures& measures, std::size_t cell, const MeasuresO
 /// @param leftOut per cell of `input`, or empty: cells whose volume does not count in local hematocrits
 CellMeasures measureCells(const Physics& physics, const Execution& execution, const CertificateInput& input,
                           const std::vector<bool>& leftOut = {});
+
+/// measureCells() for cells distributed arbitrarily over the ranks, as pack() returns them: each rank gets
+/// the measurements of its own cells. The numbers do not depend on the distribution. Collective.
+/// @param own full-size cells of this rank; numbered globally in rank order
+/// @param outside cells that are not wholly inside the lumen, numbered over all ranks, the same on all:
+/// local hematocrits leave them out. A certified packing has none
+/// @param largestGap larger gaps are not measured [µm]
+CellMeasures measureShare(const Physics& physics, const Execution& execution,
+                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside = {},
+                          double largestGap = usualGapOfInterest);
 
 }  // namespace packmesh

@@ -7,11 +7,11 @@
 #include <numeric>
 #include <utility>
 
-#include "packMesh/cat/growth_relaxation.h"
+#include "packMesh/cat/step_halving.h"
 #include "packMesh/cat/tetgen_run.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/packing/placed_cells.h"
+#include "packMesh/packing/cell_placing.h"
 #include "packMesh/packing/problem_digest.h"
 
 namespace packmesh {

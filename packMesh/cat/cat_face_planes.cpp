@@ -8,13 +8,12 @@
 #include <map>
 #include <utility>
 
-#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/levels_of_detail.h"
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/tetrahedra.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/thread_timer.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/parallel/watched_loop.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh {
 namespace {

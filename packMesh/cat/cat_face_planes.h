@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/cat_settings.h"
 #include "packMesh/cat/chord_planes.h"
-#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/levels_of_detail.h"
-#include "packMesh/cat/planes.h"
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/problem/execution.h"
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/growth_kernels.h"
 #include "packMesh/cat/levels_of_detail.h"
-#include "packMesh/cat/planes.h"
 #include "packMesh/field/sampled_distance.h"
 #include "packMesh/shape/surface_distance.h"
 

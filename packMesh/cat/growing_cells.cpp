@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/parallel/blocks.h"
 
 namespace packmesh {
 namespace {

@@ -6,11 +6,10 @@
 #include <limits>
 
 #include "packMesh/cat/growing_cells.h"
-#include "packMesh/cat/growth_relaxation.h"
 #include "packMesh/cat/levels_of_detail.h"
+#include "packMesh/cat/step_halving.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
-#include "packMesh/core/thread_timer.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
 

@@ -8,9 +8,8 @@
 
 #include "packMesh/cat/cat_settings.h"
 #include "packMesh/cat/growing_cells.h"
-#include "packMesh/cat/planes.h"
 #include "packMesh/cat/step_halving.h"
-#include "packMesh/parallel/per_thread.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh {
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/growth_kernels.h"
-#include "packMesh/cat/planes.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/problem/physics.h"

@@ -17,7 +17,7 @@
 #include <thread>
 #include <type_traits>
 
-#include "packMesh/cat/tetgen_data.h"
+#include "packMesh/cat/tetgen_run.h"
 #include "packMesh/core/box.h"
 
 using namespace packmesh;

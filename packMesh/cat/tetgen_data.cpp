@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/tetgen_data.h"
+#include "packMesh/cat/tetgen_run.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -10,10 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/cat/tetgen_data.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/helper_process.h"
-#include "packMesh/core/spawn.h"
+#include "packMesh/core/process.h"
 #include "packMesh/core/version.h"
 
 namespace packmesh {

@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/core/vector_text.h"
-#include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/core/vector.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/mesh/neighbor_search.h"
+#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/parallel/blocks.h"
 
 namespace packmesh {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/tetrahedra.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,9 @@
 #include <utility>
 
 #include "packMesh/cat/tetgen_run.h"
-#include "packMesh/cat/tetrahedra.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
-#include "packMesh/mesh/sphere_grid.h"
+#include "packMesh/mesh/neighbor_search.h"
 
 namespace packmesh {
 namespace {

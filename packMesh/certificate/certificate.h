@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "packMesh/core/vector.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -78,5 +81,33 @@ void sortByCells(std::vector<OverlappingPair>& pairs);
 /// @param numbers global number of each local cell; the result refers to cells by them and is sorted by them
 Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& numbers,
                        const Communicator& communicator);
+
+/// Input of the certificate. Holds references only.
+struct CertificateInput {
+  std::vector<const Shape*> shapes;  ///< Physics::shapes
+  std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
+  const Container* container = nullptr;
+  const std::vector<PlacedCell>* cells = nullptr;
+  double requiredGap = 0.0;               ///< pairs with a smaller gap count as overlapping [µm]
+  double requiredWallGap = 0.0;           ///< cells closer to their wall count as misplaced [µm]
+  std::vector<double> extraWallGap = {};  ///< per species, added to requiredWallGap [µm]; empty: 0
+  double largestGap = usualGapOfInterest,
+         largestWallGap = usualGapOfInterest;  ///< larger ones are not measured [µm]
+
+  double wallGapOf(int species) const {
+    return requiredWallGap + (extraWallGap.empty() ? 0.0 : extraWallGap[species]);
+  }
+  /// True for the cells to certify; the others, copies of cells certified by other ranks, only occur as
+  /// second cell of pairs. nullptr: all.
+  const std::vector<bool>* own = nullptr;
+  /// Polled by the calling thread between cells; true stops. Empty: never.
+  std::function<bool()> stop = {};
+  bool upToFirstFault = false;  ///< stop at the first cell with a violation
+  Threads threads = {};         ///< that share the work of this rank
+};
+
+/// The cells of a packing and what is required of them. References both arguments.
+CertificateInput certificateInputOf(const Physics& physics, const std::vector<PlacedCell>& cells,
+                                    const Threads& threads = {});
 
 }  // namespace packmesh

@@ -7,10 +7,28 @@
 #include <limits>
 #include <tuple>
 
-#include "packMesh/core/vector_text.h"
-#include "packMesh/parallel/per_thread.h"
+#include "packMesh/certificate/overlap_finder.h"
+#include "packMesh/core/vector.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh {
+
+bool OverlapSearch::finish(std::int64_t found) {
+  const bool fits = found < room();
+  const bool kept = fits || (more_ && size_ == 1);
+  if (kept) {
+    kept_ += found;
+    begin_ = fits ? end() : cells_;
+    size_ *= 2;
+    return true;
+  }
+  if (!more_) most_ = examples;
+  more_ = true;
+  size_ = 1;
+  if (kept_ >= most_) begin_ = cells_;
+  return false;
+}
+
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -85,9 +103,9 @@ void Certifier::forgetChanged() {
     } else if (partner_[i] >= 0 && changed_[partner_[i]]) {
       stale_.push_back(static_cast<std::int32_t>(i));
     } else {
-      pairGap_.found(nearest_[i]);
+      pairGap_.add(nearest_[i]);
     }
-    wallGap_.found(wallGaps_[i]);
+    wallGap_.add(wallGaps_[i]);
   }
   auto& pairs = certificate_.overlapping;
   pairs.erase(
@@ -232,7 +250,7 @@ void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Find
     if (result.relation != MeshRelation::apart) touching_ = true;
     if (result.relation != MeshRelation::apart || !std::isfinite(result.gap)) return;
     found.near.push_back({pair.first, static_cast<std::int32_t>(pair.second), result.gap});
-    smallest.found(result.gap);
+    smallest.add(result.gap);
   });
 }
 
@@ -284,7 +302,7 @@ void Certifier::examineWall(std::int64_t cell, bool isNew, Findings& found) {
   else if (isNew && verdict.gap < required)
     found.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap, required});
   wallGaps_[cell] = verdict.gap;
-  found.wallGap.found(verdict.gap);
+  found.wallGap.add(verdict.gap);
 }
 
 /// Tests a deformed cell for self-intersection. Templates do not intersect themselves.
@@ -337,6 +355,29 @@ void Certifier::summarise() {
   const bool outside = std::any_of(misplaced.begin(), misplaced.end(), touches);
   if (!outside) settleWallGap();
   certificate_.minimumWallGap = outside ? 0.0 : wallGap_.least();
+}
+
+Certificate certify(const CertificateInput& input) {
+  return Certifier(input).certificate();
+}
+
+Certificate certify(CertificateInput input, double largestGap) {
+  input.largestGap = input.largestWallGap = largestGap;
+  return certify(input);
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
+                                          const std::vector<std::int64_t>& movedCells) {
+  const PeriodicNeighbors neighbors = CertifiedCells(input).neighbors();
+  std::vector<Vec3> positions;
+  for (const PlacedCell& cell : *input.cells) positions.push_back(cell.placement.translation);
+  return OverlapFinder(input, neighbors, std::move(positions))(movedCells);
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input) {
+  std::vector<std::int64_t> all(input.cells->size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int64_t>(i);
+  return findOverlaps(input, all);
 }
 
 }  // namespace packmesh

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "packMesh/core/tolerances.h"
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/parallel/blocks.h"
 
 namespace packmesh {
 namespace {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/problem/cell.h"
 #include "packMesh/problem/physics.h"
 
 namespace packmesh {

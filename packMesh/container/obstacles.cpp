@@ -6,13 +6,12 @@
 #include <limits>
 #include <optional>
 
-#include "packMesh/container/body_region.h"
-#include "packMesh/container/box_share.h"
+#include "packMesh/container/region.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
 #include "packMesh/field/distance_grid.h"
 #include "packMesh/mesh/mesh_intersection.h"
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/parallel/blocks.h"
 
 namespace packmesh {
 namespace {

@@ -7,9 +7,9 @@
 #include <map>
 #include <utility>
 
-#include "packMesh/container/convex_verdict.h"
+#include "packMesh/container/container.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/vector_text.h"
+#include "packMesh/core/vector.h"
 
 namespace packmesh {
 namespace {

@@ -2,6 +2,7 @@
 #include "packMesh/container/side_wall.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -24,6 +25,22 @@ void SideWall::sample(const NodeBlock& block, float* distances) const {
         constexpr double rounding = 1e-3;  // of distances in single precision [µm]
         if (*distances > toEnd - rounding) *distances = static_cast<float>(distance(p).distance);
       }
+}
+
+namespace {
+
+constexpr double leastSpacing = 1.0, mostNodes = 3e5;
+
+/// Cells that are being moved can leave the bounds, by less than this [µm].
+constexpr double margin = 16.0;
+
+}  // namespace
+
+SideDepth::SideDepth(std::shared_ptr<const SideWall> wall, const Box& bounds)
+    : wall_(std::move(wall)), bounds_(bounds), exactly_(wall_) {
+  if (wall_->closedForm()) return;
+  const double spacing = std::max(leastSpacing, std::cbrt(bounds.volume() / mostNodes));
+  sampled_.emplace(exactly_, bounds.grownBy(margin), spacing);
 }
 
 }  // namespace packmesh

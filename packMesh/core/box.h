@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Axis-aligned boxes.
+/// @file Axis-aligned boxes, spheres, and cells of an unbounded grid as keys of hash tables.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "packMesh/core/vector.h"
@@ -35,5 +38,25 @@ struct Box {
   Vec3 size() const { return hi - lo; }
   double volume() const { return empty() ? 0.0 : size().prod(); }
 };
+
+struct Sphere {
+  Vec3 center;
+  double radius;
+};
+
+using GridIndex = std::array<std::int64_t, 3>;
+
+/// The cell with edges of these lengths that contains a point; one begins at the origin [µm].
+inline GridIndex gridIndex(const Vec3& p, const Vec3& edge) {
+  GridIndex cell;
+  for (int k = 0; k < 3; ++k) cell[k] = std::int64_t(std::floor(p[k] / edge[k]));
+  return cell;
+}
+
+/// Different for cells within 2^20 of the origin along each axis.
+inline std::int64_t keyOf(const GridIndex& cell) {
+  constexpr std::int64_t range = std::int64_t(1) << 21;
+  return (cell[2] * range + cell[1]) * range + cell[0];
+}
 
 }  // namespace packmesh

@@ -4,8 +4,6 @@
 #include <functional>
 #include <utility>
 
-#include "packMesh/core/poll_scope.h"
-
 namespace packmesh {
 namespace {
 

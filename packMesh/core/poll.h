@@ -4,8 +4,23 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 
 namespace packmesh {
+
+/// While it exists, poll() calls `ask` on the thread that created it; `ask` throws to end the work. Scopes of
+/// one thread are destroyed in reverse order.
+class PollScope {
+ public:
+  explicit PollScope(std::function<void()> ask);
+  ~PollScope();
+  PollScope(const PollScope&) = delete;
+  PollScope& operator=(const PollScope&) = delete;
+
+ private:
+  std::function<void()> ask_;
+  const std::function<void()>* before_;
+};
 
 /// Throws what the innermost PollScope of this thread throws; nothing without one. To be called at least
 /// every few milliseconds in loops that can take seconds.

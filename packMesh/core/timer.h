@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <ctime>
 
 namespace packmesh {
 
@@ -40,6 +41,25 @@ class Timer {
   double* total_ = nullptr;
   double cpuStart_ = cpuSeconds();
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// On destruction adds the CPU time that the calling thread has used since construction to `total` [s].
+class ThreadTimer {
+ public:
+  explicit ThreadTimer(double& total) : total_(total) {}
+  ~ThreadTimer() { total_ += now() - start_; }
+  ThreadTimer(const ThreadTimer&) = delete;
+  ThreadTimer& operator=(const ThreadTimer&) = delete;
+
+ private:
+  static double now() {
+    timespec used{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);  // ns
+  }
+
+  double& total_;
+  double start_ = now();
 };
 
 }  // namespace packmesh

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "packMesh/core/box.h"
-#include "packMesh/field/distance_source.h"
-#include "packMesh/field/grid_cell.h"
-#include "packMesh/mesh/mesh_hierarchy.h"
+#include "packMesh/field/sampled_distance.h"
+#include "packMesh/mesh/mesh_tree.h"
+#include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/parallel/threads.h"
 
 namespace packmesh {
@@ -66,5 +66,10 @@ DistanceGrid emptyGrid(const Box& region, double spacing);
 /// @throws InputError as emptyGrid()
 DistanceGrid sampleDistance(const MeshHierarchy& mesh, const Box& region, double spacing, double band,
                             const Threads& threads = {});
+
+/// As sampleDistance(), in a tenth of the time: distances are exact at nodes within a spacing of the surface,
+/// too large by up to a quarter of a spacing within one and a half, and by up to three quarters elsewhere.
+/// Pre: mesh closed and oriented outwards, inside `region`
+DistanceGrid sampleRoughly(const TriangleMesh& mesh, const Box& region, double spacing);
 
 }  // namespace packmesh

@@ -8,8 +8,7 @@
 #include <stdexcept>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/vector_text.h"
-#include "packMesh/field/grid_cell.h"
+#include "packMesh/core/vector.h"
 
 namespace packmesh {
 namespace {

@@ -13,6 +13,24 @@
 
 namespace packmesh {
 
+/// `.<name>~<host>.<process>-<number>.<kind>` next to `target`: unique to this process and short enough for
+/// every file system; a long target name is replaced by a hash.
+std::filesystem::path temporaryName(const std::filesystem::path& target, int number, const std::string& kind);
+
+/// True if `file` is a temporary file of `target`, of any process.
+bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::path& target,
+                   const std::string& kind);
+
+/// True if `file` is a temporary file of a process of this machine that has ended.
+bool isAbandoned(const std::filesystem::path& file, const std::string& kind);
+
+/// The name of a lock on `target`, next to it.
+std::filesystem::path lockName(const std::filesystem::path& target);
+
+/// Name of this machine and id of this process: "node7", 4711.
+std::string hostName();
+long processNumber();
+
 /// @param error of the operating system; 0: none
 /// @throws OutputError "RBC.pos: cannot be written: No space left on device"
 [[noreturn]] void failToWrite(const std::filesystem::path& target, const std::string& what, int error);

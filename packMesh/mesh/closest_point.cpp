@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "packMesh/core/poll.h"
+#include "packMesh/core/tolerances.h"
 
 namespace packmesh {
 ClosestPoint::ClosestPoint(const TriangleMesh& mesh) : tree_(mesh) {
@@ -79,6 +81,308 @@ ClosestPoint::Nearest ClosestPoint::onTriangle(int triangle, const Vec3& p) cons
 
 int ClosestPoint::side(const Vec3& p, const Nearest& nearest) const {
   return (p - nearest.point).dot(normals_[nearest.triangle][nearest.feature]) >= 0.0 ? 1 : -1;
+}
+
+DiscSearch::DiscSearch(const MeshTree& tree, const ClosestPoint& surface)
+    : tree_(tree), surface_(surface), kernels_(triangleKernels(chosenInstructionSet())) {
+  facts_.reserve(tree.mesh.triangles.size());
+  for (std::size_t t = 0; t < tree.mesh.triangles.size(); ++t)
+    facts_.push_back(factsOf(tree.mesh, static_cast<int>(t)));
+}
+
+void DiscSearch::search(Query& query) const {
+  struct Context {
+    Query& query;
+    const ClosestPoint& surface;
+    float slack;
+  };
+  double furthest = 0.0;
+  for (const Vec3& p : query.point) furthest = std::max(furthest, p.norm());
+  const float slack = static_cast<float>(slackAt(furthest));
+  PointLanes lanes;
+  float limits[points];
+  for (int k = 0; k < points; ++k) {
+    lanes.x[k] = static_cast<float>(query.point[k].x());
+    lanes.y[k] = static_cast<float>(query.point[k].y());
+    lanes.z[k] = static_cast<float>(query.point[k].z());
+    const double atMost = query.atMost[k];
+    limits[k] = atMost < 0.0
+                    ? -1.0f
+                    : static_cast<float>(std::min((1.0 + searchGrowth) * atMost * atMost + slack, 1e30));
+    query.nearest[k] = {std::numeric_limits<double>::infinity(), -1, 6, query.point[k]};
+  }
+  Context context{query, surface_, slack};
+  const auto examine = [](void* data, const int* triangles, const float* squared, int count,
+                          float(&most)[points]) {
+    const Context& c = *static_cast<const Context*>(data);
+    for (int k = 0; k < points; ++k)
+      for (int t = 0; t < count; ++t) {
+        if (squared[points * t + k] > most[k]) continue;
+        const ClosestPoint::Nearest found = c.surface.onTriangle(triangles[t], c.query.point[k]);
+        if (found.distance < c.query.nearest[k].distance) c.query.nearest[k] = found;
+      }
+  };
+  kernels_.search(lanes, tree_.quads.data(), facts_.data(), slack, limits, examine, &context);
+}
+
+namespace {
+
+constexpr int lanes = 16;
+
+/// Points along the edge of a block that is searched as a whole.
+constexpr int blockEdge = 5;
+
+/// Blocks with at most this many points are not subdivided.
+constexpr int smallBlock = 16;
+
+/// A block with more candidates for the nearest triangle than the first is subdivided; with at most as many
+/// as the second, its parts are not searched separately.
+constexpr int mostNear = 4000, fewCandidates = 6;
+
+/// Upper bound of the error of distances from squared distances in floats [µm].
+constexpr float roundingOfFloats = 1e-4f;
+
+/// Roughly: blocks this many times their radius inside the surface are not measured point by point, and of
+/// points further from it than this [spacings] the distance is at least the true one divided by 1 + slack.
+/// (In the middle of a tube all triangles around are candidates for the nearest.)
+constexpr double farInside = 4.0, exactWithin = 2.0, slackBeyond = 0.01;
+
+/// Adjacent points: first[k] ... first[k] + count[k] - 1 along each axis.
+struct Block {
+  int first[3], count[3];
+  int points() const { return count[0] * count[1] * count[2]; }
+
+  /// Half `k` of the block along `axis`.
+  Block half(int axis, int k) const {
+    Block part = *this;
+    const int low = (count[axis] + 1) / 2;
+    part.first[axis] += k * low;
+    part.count[axis] = k == 0 ? low : count[axis] - low;
+    return part;
+  }
+};
+
+}  // namespace
+
+/// One call of sample().
+class SignedDistances::Search {
+ public:
+  Search(const SignedDistances& all, const std::array<std::vector<double>, 3>& coordinates, bool rough,
+         float* distances)
+      : all_(all), surface_(all.surface_), coordinates_(coordinates), rough_(rough), distance_(distances) {
+    slab_ = coordinates[0].size() * coordinates[1].size();
+    for (const std::vector<double>& along : coordinates)
+      if (along.size() > 1) exactWithin_ = std::max(exactWithin_, exactWithin * (along[1] - along[0]));
+    nearest_.resize(slab_ * coordinates[2].size());
+  }
+
+  void operator()() {
+    Block block;
+    int n[3];
+    for (int k = 0; k < 3; ++k) n[k] = static_cast<int>(coordinates_[k].size());
+    for (block.first[2] = 0; block.first[2] < n[2]; block.first[2] += blockEdge)
+      for (block.first[1] = 0; block.first[1] < n[1]; block.first[1] += blockEdge)
+        for (block.first[0] = 0; block.first[0] < n[0]; block.first[0] += blockEdge) {
+          for (int k = 0; k < 3; ++k) block.count[k] = std::min(blockEdge, n[k] - block.first[k]);
+          search(block);
+        }
+    giveSigns();
+  }
+
+ private:
+  static constexpr int inside = -1;  ///< instead of a nearest triangle: not measured, certainly inside
+
+  std::size_t indexOf(int i, int j, int k) const { return i + coordinates_[0].size() * j + slab_ * k; }
+  Vec3 position(int i, int j, int k) const {
+    return {coordinates_[0][i], coordinates_[1][j], coordinates_[2][k]};
+  }
+  Box boxOf(const Block& b) const {
+    return {position(b.first[0], b.first[1], b.first[2]),
+            position(b.first[0] + b.count[0] - 1, b.first[1] + b.count[1] - 1, b.first[2] + b.count[2] - 1)};
+  }
+  template <class Visit>
+  void forEach(const Block& b, Visit&& visit) const {
+    for (int k = b.first[2]; k < b.first[2] + b.count[2]; ++k)
+      for (int j = b.first[1]; j < b.first[1] + b.count[1]; ++j)
+        for (int i = b.first[0]; i < b.first[0] + b.count[0]; ++i) visit(indexOf(i, j, k), position(i, j, k));
+  }
+
+  void search(const Block& block) {
+    const Box box = boxOf(block);
+    const Vec3 middle = box.center();
+    const double radius = 0.5 * box.size().norm();
+    const double most = rough_ ? 1.0 + slackBeyond : 1.0;
+    ClosestPoint::Nearest atMiddle = surface_.nearest(middle, hint_, most - 1.0);
+    hint_ = atMiddle.triangle;
+    const double atLeast = atMiddle.distance / most;
+    if (rough_ && farInside * radius <= atLeast && block.points() > 1 && sideOf(middle, hint_) < 0) {
+      forEach(block, [&](std::size_t n, const Vec3& p) {
+        distance_[n] = static_cast<float>(atLeast - (p - middle).norm());
+        nearest_[n] = inside;
+      });
+      return;
+    }
+    if (block.points() == 1) {
+      if (rough_) {
+        if (isRough(atLeast))
+          atMiddle.distance = atLeast;
+        else
+          atMiddle = surface_.nearest(middle, hint_);
+      }
+      forEach(block, [&](std::size_t n, const Vec3&) {
+        distance_[n] = static_cast<float>(atMiddle.distance);
+        nearest_[n] = atMiddle.triangle;
+      });
+      return;
+    }
+    const double furthest = atMiddle.distance + 2.0 * radius + tolerance::culling;
+    near_.clear();
+    surface_.forEachNear(middle, furthest, [&](int t) {
+      near_.push_back(t);
+      return static_cast<int>(near_.size()) <= mostNear;
+    });
+    if (static_cast<int>(near_.size()) > mostNear) {
+      forEachPart(block, [&](const Block& part) { search(part); });
+      return;
+    }
+    middle_ = middle;
+    facts_.clear();
+    for (const int t : near_) {
+      facts_.push_back(all_.facts_[t]);
+      for (int c = 0; c < 3; ++c) {
+        const Vec3 corner = surface_.corner(t, c) - middle;
+        for (int k = 0; k < 3; ++k) facts_.back().corner[c][k] = static_cast<float>(corner[k]);
+      }
+    }
+    compareParts(block);
+  }
+
+  template <class Visit>
+  static void forEachPart(const Block& block, Visit&& visit) {
+    for (int p = 0; p < 8; ++p) {
+      const Block part = block.half(0, p & 1).half(1, p >> 1 & 1).half(2, p >> 2);
+      if (part.points() > 0) visit(part);
+    }
+  }
+
+  /// For each part of a block only some of the block's candidates can be nearest.
+  void compareParts(const Block& block) {
+    const int candidates = static_cast<int>(facts_.size());
+    if (candidates <= fewCandidates || block.points() <= smallBlock) {
+      chosen_.resize(candidates);
+      std::iota(chosen_.begin(), chosen_.end(), 0);
+      compare(block);
+      return;
+    }
+    Block parts[8];
+    PointLanes middles{};
+    float radius[8], nearest[8];
+    int count = 0;
+    forEachPart(block, [&](const Block& part) {
+      const Box box = boxOf(part);
+      setLane(middles, count, box.center());
+      radius[count] = static_cast<float>(0.5 * box.size().norm());
+      nearest[count] = 1e30f;
+      parts[count++] = part;
+    });
+    toParts_.resize(lanes * candidates);
+    all_.kernels_.distances(middles, facts_.data(), candidates, toParts_.data());
+    for (int c = 0; c < candidates; ++c)
+      for (int p = 0; p < count; ++p) nearest[p] = std::min(nearest[p], toParts_[lanes * c + p]);
+    for (int p = 0; p < count; ++p) {
+      const float furthest = std::sqrt(nearest[p]) + 2.0f * radius[p] + roundingOfFloats;
+      chosen_.clear();
+      for (int c = 0; c < candidates; ++c)
+        if (toParts_[lanes * c + p] <= furthest * furthest) chosen_.push_back(c);
+      compare(parts[p]);
+    }
+  }
+
+  void setLane(PointLanes& points, int lane, const Vec3& p) const {
+    const Vec3 from = p - middle_;
+    points.x[lane] = static_cast<float>(from.x());
+    points.y[lane] = static_cast<float>(from.y());
+    points.z[lane] = static_cast<float>(from.z());
+  }
+
+  void compare(const Block& block) {
+    std::size_t index[lanes];
+    PointLanes points{};
+    int used = 0;
+    const auto compareLanes = [&] {
+      float squared[lanes], nearest[lanes];
+      all_.kernels_.nearest(points, facts_.data(), chosen_.data(), static_cast<int>(chosen_.size()), squared,
+                            nearest);
+      for (int lane = 0; lane < used; ++lane) {
+        distance_[index[lane]] = std::sqrt(squared[lane]);
+        nearest_[index[lane]] = near_[chosen_[static_cast<int>(nearest[lane])]];
+      }
+      used = 0;
+    };
+    forEach(block, [&](std::size_t n, const Vec3& p) {
+      setLane(points, used, p);
+      index[used++] = n;
+      if (used == lanes) compareLanes();
+    });
+    if (used > 0) compareLanes();
+  }
+
+  /// The surface passes between neighbours on different sides: the sum of their distances from it is at most
+  /// the distance between them.
+  void giveSigns() {
+    const int n[3] = {static_cast<int>(coordinates_[0].size()), static_cast<int>(coordinates_[1].size()),
+                      static_cast<int>(coordinates_[2].size())};
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        for (int i = 0; i < n[0]; ++i) {
+          const std::size_t here = indexOf(i, j, k);
+          if (nearest_[here] == inside || isInside(here, i, j, k)) distance_[here] = -distance_[here];
+        }
+  }
+  bool isInside(std::size_t here, int i, int j, int k) const {
+    const int axis = i > 0 ? 0 : j > 0 ? 1 : 2, at = axis == 0 ? i : axis == 1 ? j : k;
+    if (at > 0) {
+      const std::size_t before = here - (axis == 0 ? 1 : axis == 1 ? coordinates_[0].size() : slab_);
+      const double apart = coordinates_[axis][at] - coordinates_[axis][at - 1];
+      if (std::abs(distance_[before]) + distance_[here] > apart + roundingOfFloats)
+        return std::signbit(distance_[before]);
+    }
+    const Vec3 p = position(i, j, k);
+    return (isRough(distance_[here]) ? sideOf(p, nearest_[here])
+                                     : surface_.side(p, surface_.onTriangle(nearest_[here], p))) < 0;
+  }
+  bool isRough(double distance) const { return rough_ && exactWithin_ > 0.0 && distance > exactWithin_; }
+  /// @param hint a triangle near p
+  int sideOf(const Vec3& p, int hint) const { return surface_.side(p, surface_.nearest(p, hint)); }
+
+  const SignedDistances& all_;
+  const ClosestPoint& surface_;
+  const std::array<std::vector<double>, 3>& coordinates_;
+  bool rough_;
+  double exactWithin_ = 0.0;  ///< [µm]
+  float* distance_;           ///< initially unsigned
+  std::size_t slab_;
+  std::vector<int> nearest_;
+  int hint_ = -1;
+  std::vector<int> near_;             ///< candidates: triangles that can be nearest in a block
+  Vec3 middle_;                       ///< origin of their coordinates
+  std::vector<TriangleFacts> facts_;  ///< of the candidates
+  std::vector<int> chosen_;           ///< chosen candidates
+  std::vector<float> toParts_;        ///< squared distances of candidates from the centres of parts
+};
+
+SignedDistances::SignedDistances(const TriangleMesh& mesh)
+    : surface_(mesh), kernels_(triangleKernels(chosenInstructionSet())) {
+  facts_.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    pollAt(t);
+    facts_.push_back(factsOf(mesh, static_cast<int>(t)));
+  }
+}
+
+void SignedDistances::sample(const std::array<std::vector<double>, 3>& coordinates, bool rough,
+                             float* distances) const {
+  Search(*this, coordinates, rough, distances)();
 }
 
 }  // namespace packmesh

@@ -7,9 +7,8 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/poll.h"
-#include "packMesh/mesh/coordinate_limit.h"
-#include "packMesh/mesh/merge_vertices.h"
-#include "packMesh/mesh/polygon_soup.h"
+#include "packMesh/mesh/mesh_readers.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 namespace {

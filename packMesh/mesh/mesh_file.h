@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file Reading mesh files: STL and PLY (as text and binary), OFF and OBJ (as text).
 ///
-/// Files are read by packMesh's own strict readers, in double precision (see polygon_soup.h for the reasons).
+/// Files are read by packMesh's own strict readers, in double precision (see mesh_readers.h for the reasons).
 #pragma once
 
 #include <filesystem>

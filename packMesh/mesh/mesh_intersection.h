@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "packMesh/core/sphere.h"
-#include "packMesh/mesh/mesh_hierarchy.h"
+#include "packMesh/core/box.h"
+#include "packMesh/mesh/mesh_tree.h"
 
 namespace packmesh {
 

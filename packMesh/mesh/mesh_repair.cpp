@@ -11,16 +11,12 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/core/vector_text.h"
-#include "packMesh/mesh/coincident_triangles.h"
-#include "packMesh/mesh/coordinate_limit.h"
-#include "packMesh/mesh/flat_triangles.h"
-#include "packMesh/mesh/joined_sets.h"
-#include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/core/vector.h"
+#include "packMesh/mesh/mesh_tree.h"
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
-#include "packMesh/mesh/touching_parts.h"
-#include "packMesh/mesh/triangle_tree.h"
+#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/mesh/union_find.h"
 
 namespace packmesh {
 namespace {
@@ -105,7 +101,7 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double med
 /// two triangles. @return number of vertices merged
 std::size_t mergeNear(TriangleMesh& mesh, double medianEdge) {
   const double reach = tolerance::nearFraction * medianEdge;
-  JoinedSets sets(mesh.vertices.size());
+  UnionFind sets(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
       const int a = t[k], b = t[(k + 1) % 3];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/mesh/triangle_kernel.h"
+#include "packMesh/mesh/mesh_kernels.h"
 #include "packMesh/simd/lanes.h"
 
 namespace packmesh {

@@ -3,10 +3,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "packMesh/core/box.h"
 #include "packMesh/core/pose.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/core/vector.h"
 
 namespace packmesh {
 
@@ -49,5 +53,31 @@ std::vector<Vec3> placedVertices(const TriangleMesh& mesh, const Placement& plac
 
 /// Reverses the orientation of every triangle.
 void flip(TriangleMesh& mesh);
+
+/// What is wrong with the coordinates of a vertex, beginning with a blank, to follow its name; empty:
+/// nothing.
+inline std::string coordinateFault(const Vec3& v) {
+  if (!v.allFinite()) return " has a coordinate that is not a finite number";
+  int axis = 0;
+  if (v.cwiseAbs().maxCoeff(&axis) <= tolerance::largestCoordinate) return {};
+  return std::string(" has the coordinate ") + axisName[axis] + " = " + toText(v[axis], 3) + ", at most " +
+         toText(tolerance::largestCoordinate, 3) + " is possible; is the file damaged?";
+}
+
+/// Keeps the first of all vertices with equal coordinates, in order of first occurrence.
+/// @return for each input vertex its index among those kept
+std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices);
+
+/// The same for the vertices of a mesh. @return number of vertices removed
+std::size_t mergeEqualVertices(TriangleMesh& mesh);
+
+/// For each vertex, the first vertex connected to it by a chain of steps shorter than `distance` [µm];
+/// usually itself. At most about 1000 n pairs are compared: if the vertices are so crowded that this does not
+/// suffice, some steps are overlooked.
+std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double distance);
+
+/// Removes the vertices that no triangle uses; keeps the order of the others. @return number of vertices
+/// removed
+std::size_t removeUnusedVertices(TriangleMesh& mesh);
 
 }  // namespace packmesh

@@ -8,11 +8,10 @@
 #include <utility>
 
 #include "packMesh/analysis/cell_measures.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/packing/placed_cells.h"
-#include "packMesh/packing/relocation.h"
+#include "packMesh/packing/cell_placing.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
@@ -221,10 +220,10 @@ void Attempt::keepState() {
     kept.cells.assign(cells.begin(), cells.end());
   }
   const auto& due = problem_.checkpoints->due;
-  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(this->kept());
+  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(this->checkpointState());
 }
 
-const PackingState& Attempt::kept() {
+const PackingState& Attempt::checkpointState() {
   kept_->cells = shares_.collect(std::move(kept_->cells));
   return *kept_;
 }
@@ -278,7 +277,7 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
   ScheduleLimits limits;
   limits.maxSweeps = maxSweeps;
   limits.stop = [this] { return control_.stopped(); };
-  limits.anew = [this] { keepState(); };
+  limits.beforeRebuild = [this] { keepState(); };
   if (problem_.execution.progress)
     limits.tell = [this](const char* stage) {
       problem_.execution.progress({stage, placed_->relaxation.sweeps(), 1.0,
@@ -352,7 +351,7 @@ bool Attempt::settled(const RepairPolicy& policy) {
   const ScheduleLimits most =
       limits(placed_->relaxation.sweeps() + policy.sweeps - placed_->at.schedule.sweep);
   const bool resolved =
-      settle(placed_->relaxation, policy.sweeps, most, placed_->at.schedule, policy.calibrates);
+      relaxDeepContacts(placed_->relaxation, policy.sweeps, most, placed_->at.schedule, policy.calibrates);
   return policy.calibrates ? !control_.stopped() && !isTooDeepToCalibrate(placed_->relaxation) : resolved;
 }
 
@@ -427,8 +426,8 @@ bool Attempt::certifiedWithSomeCloser() {
         placed_->relaxation.demandWallClearance(cell.cell, -physics.wallClearance);
     SchedulePosition start;
     ScheduleLimits some = limits(placed_->relaxation.sweeps() + closerSweeps);
-    some.anew = {};  // a restart begins these rounds again
-    settle(placed_->relaxation, closerSweeps, some, start);
+    some.beforeRebuild = {};  // a restart begins these rounds again
+    relaxDeepContacts(placed_->relaxation, closerSweeps, some, start);
   }
   written_ = WrittenCells(problem_);
   return false;
@@ -494,7 +493,7 @@ void Attempt::take(const PackingResult& fewer) {
 void Attempt::keepEnd() {
   if (!problem_.checkpoints || !placed_) return;
   keepState();
-  kept();
+  checkpointState();
   if (!keepMeasures()) measure();
 }
 

@@ -16,8 +16,6 @@
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/repairs.h"
-#include "packMesh/packing/run_control.h"
-#include "packMesh/packing/written_cells.h"
 #include "packMesh/relaxation/relaxation.h"
 
 namespace packmesh {
@@ -56,7 +54,7 @@ class Attempt {
 
   /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it. Pre:
   /// hasBegun()
-  const PackingState& kept();
+  const PackingState& checkpointState();
   /// Stores the current cells, with their measures, as the final state of a run. Only takeResult() follows.
   /// Pre: there are certified cells
   void keepEnd();

@@ -44,7 +44,7 @@ class Search {
     for (const Species& species : problem.physics.species)
       if (species.inHematocrit || !anyRed)
         (species.freedom.fixed ? fixed_ : free_) +=
-            asked(species) * meanVolume(species, problem.physics.shapes);
+            requestedCount(species) * meanVolume(species, problem.physics.shapes);
   }
 
   Densest operator()() {
@@ -64,7 +64,7 @@ class Search {
  private:
   using Counts = std::vector<std::int64_t>;
 
-  static double asked(const Species& species) {
+  static double requestedCount(const Species& species) {
     return species.asked > 0.0 ? species.asked : static_cast<double>(species.count);
   }
 
@@ -76,9 +76,10 @@ class Search {
     const double share = free_ > 0.0 ? std::clamp(volume / free_, 0.0, 1.0) : 0.0;
     Counts counts;
     for (const Species& species : problem_.physics.species)
-      counts.push_back(species.freedom.fixed
-                           ? species.count
-                           : std::min<std::int64_t>(species.count, std::llround(share * asked(species))));
+      counts.push_back(
+          species.freedom.fixed
+              ? species.count
+              : std::min<std::int64_t>(species.count, std::llround(share * requestedCount(species))));
     return counts;
   }
   std::int64_t cellsAt(std::int64_t rungs) const {

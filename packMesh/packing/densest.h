@@ -6,9 +6,9 @@
 #include <functional>
 #include <optional>
 
+#include "packMesh/packing/engine.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
-#include "packMesh/packing/run_control.h"
 
 namespace packmesh {
 

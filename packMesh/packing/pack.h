@@ -7,6 +7,13 @@
 
 namespace packmesh {
 
+/// Volume of all cells [µm³].
+double cellVolume(const PackingProblem& problem);
+
+/// @throws InputError if the problem is invalid: no container, negative counts or clearances, a cell that is
+///   larger than the lumen, more cell volume than lumen volume, fixed cells that violate the clearances
+void validate(const PackingProblem& problem);
+
 /// Packs the cells of `problem` into its container so that no two meshes overlap and every mesh is inside the
 /// lumen.
 ///

@@ -3,12 +3,80 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
+#include "packMesh/core/error.h"
 #include "packMesh/core/version.h"
-#include "packMesh/io/hdf5_writer.h"
-#include "packMesh/packing/write_together.h"
+#include "packMesh/io/atomic_files.h"
+#include "packMesh/io/hdf5_file.h"
 
 namespace packmesh {
+
+void readTogether(const std::filesystem::path& file, const Communicator& ranks,
+                  const std::function<void()>& work) {
+  std::string error;
+  try {
+    work();
+  } catch (const InputError& found) {
+    error = found.what();
+  }
+  if (ranks.any(!error.empty()))
+    throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
+}
+
+void writeTogether(const Communicator& ranks, const std::function<void()>& work) {
+  std::string error;
+  try {
+    work();
+  } catch (const OutputError& failure) {
+    error = failure.what();
+  }
+  const auto failed = ranks.min(std::int64_t(error.empty() ? ranks.size() : ranks.rank()));
+  if (failed < ranks.size()) throw OutputError(ranks.broadcast(error, static_cast<int>(failed)));
+}
+
+std::unique_ptr<AtomicFiles> writtenHdf5(const std::filesystem::path& file, const Communicator& ranks,
+                                         std::uint64_t userBlock,
+                                         const std::function<void(Hdf5Writer&)>& content) {
+  auto files = std::make_unique<AtomicFiles>();
+  writeTogether(ranks, [&] {
+    if (ranks.rank() == 0) files->begin(file);
+  });
+  writeTogether(ranks, [&] {
+    Hdf5Writer out(*files, ranks, userBlock);
+    content(out);
+    out.close();
+  });
+  return files;
+}
+
+void commitTogether(std::unique_ptr<AtomicFiles> files, const Communicator& ranks) {
+  writeTogether(ranks, [&] {
+    if (ranks.rank() != 0) return;
+    files->end();
+    files->commit();
+  });
+}
+
+void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
+  const Communicator alone;
+  AtomicFiles files;
+  files.begin(file);
+  Hdf5Writer out(files, alone);
+  out.attribute("/", "unit", std::string("µm"));
+  out.group("/meshes");
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const std::string path = "/meshes/" + std::to_string(i);
+    out.group(path);
+    out.attribute(path, "name", meshes[i].name);
+    out.attribute(path, "kind", meshes[i].kind);
+    writeMesh(out, path, meshes[i].mesh);
+  }
+  out.close();
+  files.end();
+  files.commit();
+}
+
 namespace {
 
 namespace fs = std::filesystem;

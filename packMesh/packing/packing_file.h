@@ -14,13 +14,49 @@
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/container/container.h"
 #include "packMesh/io/atomic_files.h"
+#include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
+/// Every rank calls `work`, which reads `file` and does not communicate. Collective.
+/// @throws InputError on all ranks if it does on one
+void readTogether(const std::filesystem::path& file, const Communicator& ranks,
+                  const std::function<void()>& work);
+
 class Hdf5Writer;
+
+/// Every rank does `work`, which may communicate. Collective.
+/// @throws OutputError on all ranks if it does on one
+void writeTogether(const Communicator& ranks, const std::function<void()>& work);
+
+/// Writes an HDF5 file; every rank calls `content` with the same file. Collective.
+/// @param userBlock see Hdf5Writer
+/// @return on the first rank the file, complete under its temporary name: to be ended and committed, or to be
+/// removed with the object
+/// @throws OutputError on all ranks
+std::unique_ptr<AtomicFiles> writtenHdf5(const std::filesystem::path& file, const Communicator& ranks,
+                                         std::uint64_t userBlock,
+                                         const std::function<void(Hdf5Writer&)>& content);
+
+/// Gives a file that was written under a temporary name its own. All ranks call.
+/// @throws OutputError on all ranks if that fails
+void commitTogether(std::unique_ptr<AtomicFiles> files, const Communicator& ranks);
+
+/// A mesh and its name.
+struct NamedMesh {
+  std::string name;
+  TriangleMesh mesh;
+  std::string kind = {};  ///< what it is, for the programs that read the file
+};
+
+/// Writes all meshes to one file: a group /meshes/<number> per mesh, with `vertices` (n x 3 doubles [µm]),
+/// `triangles` (m x 3 integers from 0, counter-clockwise seen from outside) and the attributes `name` and
+/// `kind`; the file's attribute `unit` is "µm".
+/// @throws OutputError if the file cannot be written
+void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes);
 
 /// Numbers of this rank's cells, `width` of each.
 struct CellColumn {

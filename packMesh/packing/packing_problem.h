@@ -2,14 +2,75 @@
 /// @file The input of a packing: plain data, no file formats.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
-#include "packMesh/packing/packing_state.h"
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
+#include "packMesh/relaxation/body.h"
+#include "packMesh/relaxation/relaxation.h"
+#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
+
+/// The next stage of a run.
+enum class Stage : std::int32_t {
+  relaxation = 0,   ///< continues relax()
+  certificate = 1,  ///< certifies
+  repair = 2,       ///< continues relaxDeepContacts(), after cells failed the certificate
+  engine = 3,       ///< continues that of the engine; with one the only stage besides `certificate`
+};
+
+struct RunPosition {
+  Stage stage = Stage::relaxation;
+  bool fewer = false;      ///< not all cells could be packed: these are those of the densest packing found
+  std::int64_t round = 0;  ///< of certificates and repairs
+  SchedulePosition schedule;
+};
+
+/// State of PackingProblem::engine, whose numbers it alone understands: at least 0.
+struct EnginePosition {
+  std::int64_t iterations = 0;
+  std::array<std::int64_t, 5> counters = {};
+  std::array<double, 2> numbers = {};
+  std::vector<BodyState> best;  ///< of earlier attempts
+};
+
+/// The same on all ranks except for `cells` and `measures`. Plain data. Independent of the number of ranks.
+struct PackingState {
+  RunPosition position;
+  std::int64_t repairs = 0;  ///< rounds so far
+  RelaxationState relaxation;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
+  std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
+  EnginePosition engine;
+  std::int64_t cellCount = 0;       ///< on all ranks
+  std::vector<BodyState> cells;     ///< of this rank, sorted by id; no cell on two ranks
+  CellMeasures measures;            ///< of these cells, if the run has ended
+  std::vector<CellColumn> columns;  ///< others of these cells, which are saved for readers alone
+  /// To be saved with the cells: vertices of those that have meshes of their own and species with the
+  /// template, in its order and frame [µm]; empty for the others. Empty: none.
+  std::vector<std::vector<Vec3>> vertices;
+};
+
+/// How the states of a run are saved so that it can be resumed.
+struct Checkpoints {
+  /// Polled at intervals; true on any rank: save() soon. Empty: save only at the end.
+  std::function<bool()> due;
+  /// Called on all ranks together: soon after due(), when the run is interrupted, and when it has ended.
+  std::function<void(const PackingState&)> save;
+  /// Which state is saved last if the problem is not feasible: that of the fewer cells in the result, or the
+  /// one before cells were removed, from which a run with higher limits can continue.
+  bool endsWithFewer = false;
+};
 
 class Engine;
 

@@ -9,7 +9,7 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/pose.h"
-#include "packMesh/problem/cell.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/packing/state_cells.h"
+#include "packMesh/packing/state_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,11 +8,9 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
-#include "packMesh/io/hdf5_reader.h"
+#include "packMesh/io/hdf5_file.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_file.h"
-#include "packMesh/packing/read_together.h"
-#include "packMesh/packing/state_file.h"
 
 namespace packmesh {
 namespace {

@@ -8,14 +8,11 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
-#include "packMesh/io/hdf5_reader.h"
-#include "packMesh/io/hdf5_writer.h"
-#include "packMesh/io/seal.h"
+#include "packMesh/io/hdf5_file.h"
+#include "packMesh/io/sealed_file.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/problem_digest.h"
-#include "packMesh/packing/read_together.h"
-#include "packMesh/packing/write_together.h"
 
 namespace packmesh {
 namespace {

@@ -2,16 +2,19 @@
 /// @file States of packings in HDF5 files; docs/reference/state.md describes the format.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "packMesh/core/box.h"
 #include "packMesh/io/atomic_files.h"
+#include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/packing/packing_problem.h"
-#include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -74,5 +77,29 @@ StateRecord readStateRecord(const Hdf5Reader& in);
 /// @throws InputError on all ranks if the file is not a state file, is of another version, damaged, or not of
 ///   this problem
 PackingState readState(const std::filesystem::path& file, const PackingProblem& problem);
+
+/// Cells with their kinds, which Cell::species counts.
+struct StateCells {
+  /// A kind of cell. Parts of it that were packed under different constraints are one.
+  struct Kind {
+    std::string name;
+    TriangleMesh mesh;       ///< the template [µm]
+    std::int64_t count = 0;  ///< cells in the file
+  };
+  std::vector<Kind> species;
+  Box box;                     ///< of the lumen [µm]
+  Vec3 period = Vec3::Zero();  ///< 0: not periodic [µm]
+  std::vector<Cell> cells;     ///< this rank's share, at full size, in the order of the file
+  StateRecord record;
+  bool certified = false;  ///< they are those of a finished packing
+  bool deformed = false;   ///< some have meshes of their own
+};
+
+/// Reads the cells; every rank a part of its own. All ranks call.
+/// @param withMeshes also the vertices of those that have meshes of their own
+/// @throws InputError on all ranks if the file is not a state, of a version that is not read, damaged, or of
+/// cells that still grow
+StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks,
+                          bool withMeshes = true);
 
 }  // namespace packmesh

@@ -4,10 +4,12 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 namespace packmesh {
 
@@ -286,6 +288,47 @@ const Traffic& Communicator::traffic() const {
 void Communicator::abort(int exitCode) const {
   if (impl_) MPI_Abort(impl_->comm, exitCode);
   std::exit(exitCode);
+}
+
+struct Arrival::Impl {
+  MPI_Comm comm = MPI_COMM_NULL;
+};
+
+Arrival::Arrival(const Communicator& ranks) {
+  if (ranks.alone()) return;
+  impl_ = std::make_unique<Impl>();
+  MPI_Comm_dup(*static_cast<const MPI_Comm*>(ranks.mpi()), &impl_->comm);
+}
+
+Arrival::~Arrival() = default;
+
+bool Arrival::ofAll(double seconds) {
+  if (!impl_) return true;
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  MPI_Request request;
+  MPI_Ibarrier(impl_->comm, &request);
+  for (int arrived = 0;;) {
+    MPI_Test(&request, &arrived, MPI_STATUS_IGNORE);
+    if (arrived) return true;
+    if (Clock::now() > end) return false;  // the program ends, so the request can remain pending
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+MpiSession::MpiSession() {
+  int provided = 0;  // see mpiPermitsThreads()
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+}
+
+bool mpiPermitsThreads() {
+  int provided = MPI_THREAD_SINGLE;
+  MPI_Query_thread(&provided);
+  return provided >= MPI_THREAD_FUNNELED;
+}
+
+MpiSession::~MpiSession() {
+  MPI_Finalize();
 }
 
 }  // namespace packmesh

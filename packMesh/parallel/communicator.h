@@ -156,4 +156,34 @@ class Communicator {
   std::shared_ptr<Impl> impl_;
 };
 
+/// A barrier with time limit, on its own communicator, so that it does not interfere with other messages:
+/// ranks outside it may be anywhere in the program.
+class Arrival {
+ public:
+  /// Collective. Pre: an MpiSession exists unless `ranks` is alone
+  explicit Arrival(const Communicator& ranks);
+  ~Arrival();
+
+  /// True if all ranks call this within `seconds` [s]: then no rank waits for another, and the program can
+  /// end normally. Call once per program.
+  bool ofAll(double seconds);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;  ///< nullptr if alone
+};
+
+/// Initialises MPI on construction and finalises it on destruction. One per program.
+class MpiSession {
+ public:
+  MpiSession();
+  ~MpiSession();
+  MpiSession(const MpiSession&) = delete;
+  MpiSession& operator=(const MpiSession&) = delete;
+};
+
+/// Whether a rank may have threads of which one uses MPI: whoever initialised MPI, this program or its host,
+/// asked for that and was given it. Pre: MPI is initialised
+bool mpiPermitsThreads();
+
 }  // namespace packmesh

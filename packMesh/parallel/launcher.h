@@ -2,9 +2,15 @@
 /// @file The tasks as which mpirun or srun started the program.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace packmesh {
+
+/// The whole number in an environment variable, up to `end`, without the blanks around it; -1 if something
+/// else is there. Empty: the variable is not set, or to nothing.
+std::optional<std::int64_t> numberInEnvironment(const char* variable, char end = '\0');
 
 /// What started the program.
 enum class Launcher {

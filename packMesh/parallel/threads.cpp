@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <exception>
+#include <fstream>
 #include <limits>
 #include <mutex>
 #include <system_error>
@@ -14,9 +16,32 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/parallel/cores.h"
+#ifdef __linux__
+#include <sched.h>
+#endif
 
 namespace packmesh {
+namespace {
+
+int boundTo() {
+#ifdef __linux__
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return CPU_COUNT(&set);
+#endif
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+int availableCores() {
+  int cores = boundTo();
+  // Version 2 of control groups: "200000 100000" stands for two cores, "max 100000" for no limit.
+  double quota = 0.0, period = 0.0;
+  if (std::ifstream("/sys/fs/cgroup/cpu.max") >> quota >> period && quota > 0.0 && period > 0.0)
+    cores = std::min(cores, static_cast<int>(std::ceil(quota / period)));
+  return std::max(1, cores);
+}
+
 namespace {
 
 /// A thread that waits for the next loop, or for the end of one, first looks for it this many times without

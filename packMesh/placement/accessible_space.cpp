@@ -9,9 +9,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "packMesh/core/grid_key.h"
-#include "packMesh/mesh/joined_sets.h"
-#include "packMesh/shape/sample_points.h"
+#include "packMesh/core/box.h"
+#include "packMesh/mesh/union_find.h"
+#include "packMesh/shape/shape.h"
 
 namespace packmesh {
 namespace {
@@ -343,7 +343,7 @@ std::vector<double> AccessibleSpace::apart() const {
   const auto precedes = [](const Occupied& one, std::int64_t key) { return one.key < key; };
   std::sort(occupied.begin(), occupied.end(),
             [](const Occupied& a, const Occupied& b) { return a.key < b.key; });
-  JoinedSets joined(parts_.size());
+  UnionFind joined(parts_.size());
   for (std::size_t i = 1; i < occupied.size(); ++i)
     if (occupied[i].key == occupied[i - 1].key) joined.join(occupied[i].part, occupied[i - 1].part);
   for (int k = 0; k < 3; ++k) {

@@ -8,10 +8,10 @@
 #include <limits>
 #include <utility>
 
+#include "packMesh/core/box.h"
 #include "packMesh/core/error.h"
-#include "packMesh/core/grid_key.h"
-#include "packMesh/core/vector_text.h"
-#include "packMesh/mesh/joined_sets.h"
+#include "packMesh/core/vector.h"
+#include "packMesh/mesh/union_find.h"
 #include "packMesh/placement/accessible_space.h"
 
 namespace packmesh {
@@ -98,7 +98,7 @@ std::vector<char> findSection(const AccessibleSpace& space, const PartGrid& grid
     order[i] = int(meeting.size());
     meeting.push_back(int(i));
   }
-  JoinedSets joined(meeting.size());
+  UnionFind joined(meeting.size());
   grid.forEachContact(true, meeting, [&](int i, int other, const Vec3& place) {
     if (order[other] >= 0 && std::abs((place - point).dot(normal)) <= steep.dot(grid.edgeOf(i)))
       joined.join(order[i], order[other]);
@@ -123,7 +123,7 @@ std::vector<char> flood(const AccessibleSpace& space, const PartGrid& grid, cons
                         const Vec3& point, const Vec3& normal) {
   const std::vector<Part>& parts = space.parts();
   const std::vector<int> all = numbersTo(parts.size());
-  JoinedSets joined(parts.size());
+  UnionFind joined(parts.size());
   grid.forEachContact(false, all, [&](int i, int other, const Vec3&) {
     if (!section[i] && !section[other]) joined.join(i, other);
   });

@@ -9,7 +9,7 @@
 
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/threads.h"
-#include "packMesh/problem/cell.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 

@@ -14,10 +14,30 @@
 #include "packMesh/container/region.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/problem/cell.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
+
+/// A cell of a state or of a running simulation. Numbers such as the residual of a fit are columns beside the
+/// cells.
+struct Cell {
+  std::int64_t id = 0;       ///< among the cells of the file or of the simulation
+  std::int32_t species = 0;  ///< index into their kinds or types
+  Pose pose;
+  /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
+  std::vector<Vec3> vertices = {};
+  /// Of these, in a state of a packing: index into Physics::shapes of what was packed; -1: not known.
+  std::int32_t shape = -1;
+};
+
+/// A cell as the numbers written to files place it: certificate and acceptance refer to these, which are not
+/// those of a pose to the last bit.
+struct PlacedCell {
+  std::int32_t species = 0;  ///< index into Physics::species
+  std::int32_t shape = 0;    ///< index into Physics::shapes
+  Placement placement;
+};
+static_assert(sizeof(PlacedCell) == 8 + sizeof(Placement), "there are many");
 
 /// Allowed directions of the axis of a cell: the y axis of its mesh, which is the symmetry axis of red cells
 /// and platelets. The two ends of an axis are equivalent.
@@ -72,7 +92,7 @@ struct Species {
   /// Initial poses of the next cells, scale 1; the others start at random.
   std::vector<Pose> start = {};
   Freedom freedom = {};  ///< the cells of fixed species all have initial poses
-  /// Starts in columns (packMesh/placement/columns.h) instead of at random. At most one species, which is
+  /// Starts in columns (packMesh/placement/placement.h) instead of at random. At most one species, which is
   /// unconstrained and has no initial poses, in boxes that are periodic along all axes.
   bool inColumns = false;
   /// Requested number before rounding to `count`; 0: the same. If fewer cells are tried, their numbers are

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "packMesh/core/pose.h"
-#include "packMesh/relaxation/contact_kernel.h"
+#include "packMesh/relaxation/contact_kernels.h"
 
 namespace packmesh {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/contact_kernel.h"
+#include "packMesh/relaxation/contact_kernels.h"
 
 #include "packMesh/shape/field_lanes.h"
 

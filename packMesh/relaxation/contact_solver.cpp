@@ -322,4 +322,191 @@ bool ContactSolver::findContacts(ContactPair& pair, const Meeting& meeting, Cont
   return lookAt(false, expectedMotion_, pair.masks);
 }
 
+namespace {
+
+/// A pair has one contact for either direction, each of which removes omega times the penetration; a wall
+/// contact has only one, so that it removes this many times as much.
+constexpr double wallPush = 1.9;
+
+Vec3 vectorOf(const float (&v)[3]) {
+  return {v[0], v[1], v[2]};
+}
+
+double deepestOf(const WallSums& sums) {
+  float depth = 0.0f;
+  for (int k = 0; k < sums.contacts; ++k) depth = std::max(depth, sums.contact[k].deepest);
+  return depth;
+}
+
+}  // namespace
+
+void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
+  const Freedom& freedom = species_[body.species].freedom;
+  if (freedom.fixed || (body.sleeping && body.moved == 0.0)) return;
+  resolveWall(body, sums);
+  if (freedom.freeLayer) resolveLayer(body, sums);
+  if (freedom.region) resolveRegion(body, sums);
+}
+
+void ContactSolver::resolveRegion(Body& body, SweepSums& sums) const {
+  const WallDistance toSurface = species_[body.species].freedom.region->distance(body.position);
+  const double depth = tolerance::relaxationMargin - slack_ - toSurface.distance;
+  if (!(depth > 0.0)) return;
+  sums.add(depth);
+  body.overlap += depth;
+  move(body, omega_ * depth * toSurface.gradient.normalized(), Vec3::Zero());
+}
+
+void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
+  const SpeciesModel& species = species_[body.species];
+  if (species.wallField == nullptr || body.moved < body.awayFromWallUntil) return;
+  const ShapeModel& model = shapes_[body.shape];
+  const WallField& wall = *species.wallField;
+  const double clearance =
+      wallClearance_ + species.freedom.extraWallClearance + body.extraWallClearance - slack_;
+  const double reach = model.radius * body.scale;
+  const double atCenter = wall.distance(body.position) - wall.slack();
+  if (atCenter > reach + clearance) {
+    body.awayFromWallUntil = body.moved + atCenter - reach - clearance;
+    return;
+  }
+
+  const ContactViews& views = model.views();
+  const auto lookAt = [&](const SampleView& samples, bool deep, double margin, ClusterMask& mask) {
+    WallSums found;
+    wallKernel_(samples, wall.frameOf(body, reach, deep), static_cast<float>(clearance),
+                static_cast<float>(margin), mask, found);
+    body.deepInWall = deepestOf(found) > deepContact;
+    return found;
+  };
+  WallSums found;
+  if (body.deepInWall || coarsely_) {
+    ClusterMask all = allClusters;
+    found = lookAt(views.coarseSamples, true, 0.0, all);
+  }
+  if (!body.deepInWall && !coarsely_) {
+    if (body.moved < body.wallMaskUntil) {
+      ClusterMask mask = body.wallMask;  // with margin 0, a full mask would be reduced
+      found = lookAt(views.samples, false, 0.0, mask);
+      found.nearest =
+          std::min(found.nearest, static_cast<float>(clearance + body.wallMaskUntil - body.moved));
+    } else {
+      const double expected = 0.5 * expectedMotion_;
+      body.wallMask = allClusters;
+      body.wallMaskUntil = body.moved + expected;
+      found = lookAt(views.samples, false, expected, body.wallMask);
+    }
+  }
+  if (found.contacts == 0) {
+    if (coarsely_) return;  // coarse samples give no bound of the gap
+    body.awayFromWallUntil = body.moved + found.nearest - clearance;
+    return;
+  }
+
+  push(body, found, sums);
+}
+
+void ContactSolver::resolveLayer(Body& body, SweepSums& sums) const {
+  const SpeciesModel& species = species_[body.species];
+  const ShapeModel& model = shapes_[body.shape];
+  const WallField& wall = *species.layerWall;
+  const double thickness = species.freedom.freeLayer->thickness + tolerance::relaxationMargin - slack_;
+  const double reach = model.radius * body.scale;
+  const double atCenter = wall.distance(body.position) - wall.slack();
+  if (atCenter > reach + thickness) return;
+  const bool deep = coarsely_ || atCenter < thickness - reach;
+  ClusterMask all = allClusters;
+  WallSums found;
+  const ContactViews& views = model.views();
+  wallKernel_(deep ? views.coarseSamples : views.samples, wall.frameOf(body, reach, deep),
+              static_cast<float>(thickness), 0.0f, all, found);
+  push(body, found, sums);
+}
+
+void ContactSolver::push(Body& body, const WallSums& found, SweepSums& sums) const {
+  const ShapeModel& model = shapes_[body.shape];
+  const double inertia = rotate_ ? model.inverseInertia : 0.0;
+  for (int k = 0; k < found.contacts; ++k) {
+    const WallContact& c = found.contact[k];
+    sums.add(c.deepest);
+    body.overlap += c.deepest;
+    const Vec3 direction = vectorOf(c.normal);
+    const double length = direction.norm();
+    if (!(length > 0.0)) continue;
+    const Vec3 normal = direction / length;
+    const Vec3 turn = (vectorOf(c.point) / c.weight).cross(normal);
+    const double impulse = wallPush * omega_ * c.deepest / (model.inverseMass + inertia * turn.squaredNorm());
+    move(body, impulse * model.inverseMass * normal, impulse * inertia * turn);
+  }
+}
+
+namespace {
+
+/// Interpolated distances to an edge or corner, the sharpest feature of a wall, are too large by at most this
+/// [spacings] (measured); to smoother walls by less.
+constexpr double interpolationExcess = 0.26;
+
+WallGrid gridOf(const SampledDistance& wall, const Vec3& center, double reach) {
+  WallGrid grid;
+  grid.bricks = wall.view();
+  const Vec3 at = wall.nodeOf(center);
+  const int below = static_cast<int>(reach / wall.spacing()) + 2;
+  for (int k = 0; k < 3; ++k) {
+    const int cells = BrickView::cells * grid.bricks.bricks[k];
+    grid.base[k] = static_cast<int>(std::min(std::floor(at[k]) - below, cells - 1.0));
+    grid.start[k] = static_cast<float>(at[k] - grid.base[k]);
+    grid.first[k] = static_cast<float>(std::max(0, -grid.base[k]));
+    // Slightly less, so that a node remains above.
+    grid.last[k] = std::nextafter(static_cast<float>(cells - grid.base[k]), 0.0f);
+  }
+  return grid;
+}
+
+float orNone(double distance) {
+  return static_cast<float>(std::min<double>(distance, WallForm::none));
+}
+
+WallForm formOf(const ClosedFormWall& wall, const Vec3& center) {
+  WallForm form;
+  const Vec3 fromAxis = wall.across.cwiseProduct(center - wall.center);
+  form.radius = static_cast<float>(wall.radius);
+  form.excess = static_cast<float>(wall.radius * wall.radius - fromAxis.squaredNorm());
+  for (int k = 0; k < 3; ++k) {
+    form.across[k] = static_cast<float>(wall.across[k]);
+    form.fromAxis[k] = static_cast<float>(fromAxis[k]);
+    form.toLo[k] = orNone(center[k] - wall.lo[k]);
+    form.toHi[k] = orNone(wall.hi[k] - center[k]);
+  }
+  return form;
+}
+
+}  // namespace
+
+WallField::WallField(const Wall& wall, const Box& region) : form_(wall.closedForm()) {
+  if (form_) return;
+  sampled_.emplace(Sampled{wall.coarselySampled(region), wall.sampled(region)});
+  slack_ = wall.slack() + interpolationExcess * sampled_->coarse.spacing();
+}
+
+double WallField::distance(const Vec3& p) const {
+  return form_ ? form_->distance(p).distance : sampled_->coarse.sample(p).distance;
+}
+
+WallFrame WallField::frameOf(const Body& body, double reach, bool deep) const {
+  WallFrame frame{};
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) frame.m[3 * r + c] = static_cast<float>(body.scale * body.rotation(r, c));
+  frame.scale = static_cast<float>(body.scale);
+  frame.slack = static_cast<float>(slack_);
+  if (form_) {
+    frame.kind = WallFrame::Kind::form;
+    frame.form = formOf(*form_, body.position);
+    return frame;
+  }
+  frame.kind = deep ? WallFrame::Kind::coarse : WallFrame::Kind::sampled;
+  frame.coarse = gridOf(sampled_->coarse, body.position, reach);
+  if (!deep) frame.fine = gridOf(sampled_->fine, body.position, reach);
+  return frame;
+}
+
 }  // namespace packmesh

@@ -3,17 +3,44 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
-#include "packMesh/relaxation/contact_kernel.h"
-#include "packMesh/relaxation/pair_list.h"
-#include "packMesh/relaxation/wall_field.h"
+#include "packMesh/relaxation/contact_kernels.h"
+#include "packMesh/relaxation/neighbor_list.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
+
+/// A wall in closed form, or sampled: on a fine grid for points that may touch it, on a coarse one to exclude
+/// distant points and for cells that are deep in the wall.
+class WallField {
+ public:
+  /// @param wall must outlive this
+  /// @param region that contains all cells [µm]
+  WallField(const Wall& wall, const Box& region);
+
+  /// Distance at a point; exceeds the true one by at most slack() [µm].
+  double distance(const Vec3& p) const;
+  double slack() const { return slack_; }
+
+  /// The wall in the frame of a cell that extends `reach` from its centre [µm].
+  /// @param deep the cell is deep in the wall, so that coarse distances suffice
+  WallFrame frameOf(const Body& body, double reach, bool deep) const;
+
+ private:
+  struct Sampled {
+    const SampledDistance &coarse, &fine;
+  };
+
+  std::optional<ClosedFormWall> form_;
+  std::optional<Sampled> sampled_;
+  double slack_ = 0.0;
+};
 
 /// Contacts deeper than this are found with coarse samples [µm]: they are resolved in fewer sweeps than with
 /// fine ones, in which cells lock.

@@ -4,21 +4,44 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
-#include "packMesh/parallel/block_grid.h"
+#include "packMesh/parallel/blocks.h"
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_solver.h"
-#include "packMesh/relaxation/pair_lister.h"
-#include "packMesh/relaxation/pair_order.h"
-#include "packMesh/relaxation/relaxation_state.h"
+#include "packMesh/relaxation/neighbor_list.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
 namespace packmesh {
+
+// The state of a relaxation besides its bodies, at any time just before a rebuild of the neighbour
+// list.
+
+/// Extra clearance of pairs (ids, the smaller one first) in addition to the problem's [µm].
+using ExtraClearances = std::map<std::pair<std::int64_t, std::int64_t>, float>;
+
+/// The same on all ranks. With the bodies this is all that the following sweeps depend on.
+struct RelaxationState {
+  /// Initial number of cells per shape, from which blocks and masses are derived. Empty: of the bodies
+  /// given.
+  std::vector<std::int64_t> counts;
+  std::array<int, 3> blocks = {0, 0, 0};  ///< along each axis
+  std::int64_t sweeps = 0;                ///< done
+  std::int64_t listedInSweep = 0;         ///< of the last rebuild of the neighbour list
+  double skin = 0.0;                      ///< Verlet skin of the neighbour list [µm]
+  double slack = 0.0;                     ///< of the last sweep [µm]
+  bool coarsely = true;                   ///< whether coarse samples have sufficed so far
+  SweepSums last;                         ///< of the last sweep
+  ExtraClearances extraClearance;
+  std::set<std::int64_t> disturbed;  ///< cells of which something was demanded since the last sweep
+};
 
 /// Bodies, the neighbour list, and the sweeps over them. Cells are kept apart by tolerance::relaxationMargin
 /// more than the physics require. The result of a sweep depends on the bodies and the physics alone, not on
@@ -27,7 +50,7 @@ namespace packmesh {
 ///
 /// All ranks call every function that is not const together, with the same arguments.
 ///
-/// relaxation_lists.cpp has the distribution of the bodies and the neighbour list, relaxation_sweep.cpp the
+/// relaxation.cpp has the distribution of the bodies and the neighbour list, relaxation_sweep.cpp the
 /// sweeps.
 class Relaxation {
  public:
@@ -54,10 +77,11 @@ class Relaxation {
 
   /// Whether the next sweep begins by rebuilding everything. If so, the future depends on the bodies and
   /// state() alone.
-  bool beginsAnew() const;
+  bool rebuildsNext() const;
   const RelaxationState& state() const { return state_; }
 
-  /// Frees the lists, so that their memory can be used before a sweep that makes new ones. Pre: beginsAnew()
+  /// Frees the lists, so that their memory can be used before a sweep that makes new ones. Pre:
+  /// rebuildsNext()
   void forgetLists();
 
   /// Frees everything that can be recomputed, so that its memory can be used between sweeps, and updates the

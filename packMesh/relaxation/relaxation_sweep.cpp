@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "packMesh/core/tolerances.h"
-#include "packMesh/parallel/per_thread.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh {
 namespace {
@@ -111,7 +111,7 @@ void Relaxation::activate(int block) {
 SweepSums Relaxation::sweep(double omega, double slack) {
   const bool sleeping = isSleeping(slack);
   if (slack < state_.slack) listed_ = false;  // pairs that were apart may now touch
-  if (beginsAnew()) {
+  if (rebuildsNext()) {
     refreshLists(sleeping);
     active_.assign(blocks_.count(), !sleeping);
   } else if (state_.sweeps - foreseenInSweep_ >= foreseenFor) {

@@ -107,9 +107,9 @@ bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int6
                Relaxation& relaxation, double deepest, const ScheduleLimits& limits, std::int64_t& at,
                const char* stage, double slack = 0.0) {
   for (; at < sweeps && !spent(relaxation, limits); ++at) {
-    if (limits.anew && relaxation.beginsAnew()) {
+    if (limits.beforeRebuild && relaxation.rebuildsNext()) {
       relaxation.forgetLists();
-      limits.anew();
+      limits.beforeRebuild();
     }
     const SweepSums sums = relaxation.sweep(omega(at), slack);
     if (limits.tell) limits.tell(stage);
@@ -190,8 +190,8 @@ bool relax(Relaxation& relaxation, const ScheduleLimits& limits, SchedulePositio
   return false;
 }
 
-bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits, SchedulePosition& at,
-            bool compacted) {
+bool relaxDeepContacts(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits,
+                       SchedulePosition& at, bool compacted) {
   const double first = compacted ? calibrationOmega : hotOmega;
   const auto omega = [=](std::int64_t sweep) { return between(first, repairOmega, sweep, sweeps); };
   const double slack =

@@ -23,7 +23,7 @@ struct ScheduleLimits {
   /// Called at the end of a part that has not resolved all; true ends relax() at the beginning of its first
   /// part.
   std::function<bool()> unresolved;
-  std::function<void()> anew;                   ///< called before sweeps that begin with a rebuild
+  std::function<void()> beforeRebuild;          ///< called before sweeps that begin with a rebuild
   std::function<void(const char* stage)> tell;  ///< called after every sweep
 };
 
@@ -58,11 +58,11 @@ bool isCompaction(std::int64_t part);
 /// tolerance::relaxationTolerance, until there are none.
 /// @param at position to start from; kept up to date
 /// @param compacted the state is one after a compaction, and the clearances of pairs are calibrated
-bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits, SchedulePosition& at,
-            bool compacted = false);
-inline bool settle(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits) {
+bool relaxDeepContacts(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits,
+                       SchedulePosition& at, bool compacted = false);
+inline bool relaxDeepContacts(Relaxation& relaxation, std::int64_t sweeps, const ScheduleLimits& limits) {
   SchedulePosition start;
-  return settle(relaxation, sweeps, limits, start);
+  return relaxDeepContacts(relaxation, sweeps, limits, start);
 }
 
 /// Whether the penetrations that are left are too deep for calibration.

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "packMesh/parallel/block_owners.h"
+#include "packMesh/parallel/blocks.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/relaxation/body.h"
 

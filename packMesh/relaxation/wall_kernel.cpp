@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/wall_kernel.h"
+#include "packMesh/relaxation/contact_kernels.h"
 
-#include "packMesh/field/trilinear.h"
+#include "packMesh/field/interpolation.h"
 #include "packMesh/simd/lanes.h"
 
 namespace packmesh {

@@ -3,7 +3,7 @@
 /// linkage, as in lanes.h. (SurfaceDistance has the same in double precision.)
 #pragma once
 
-#include "packMesh/field/trilinear.h"
+#include "packMesh/field/interpolation.h"
 #include "packMesh/shape/field_view.h"
 #include "packMesh/simd/lanes.h"
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Shape of a species: a template mesh with precomputed data for packing.
+/// @file Shape of a species: a template mesh, and what packing needs of it: points on its surface, a convex
+/// body around it.
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,10 +15,45 @@
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/field_view.h"
-#include "packMesh/shape/sample_points.h"
-#include "packMesh/shape/support_bound.h"
 
 namespace packmesh {
+
+/// Minkowski sum of a disc (radius `ring`, in the body's x-z plane) and an axis-aligned ellipsoid: exact for
+/// ellipsoids, within 1 % for red cells, valid for every shape.
+struct SupportBound {
+  double ring = 0.0;             ///< radius of the disc [µm]
+  Vec3 semiAxes = Vec3::Ones();  ///< [µm]
+
+  /// Largest n·x over the body, for a unit vector n in the body frame [µm].
+  double support(const Vec3& n) const {
+    return ring * std::sqrt(n.x() * n.x() + n.z() * n.z()) + semiAxes.cwiseProduct(n).norm();
+  }
+};
+
+/// The tightest bound of this kind found for the vertices of `mesh`. Post: contains every vertex.
+/// @param rings number of radii of the disc that are tried
+SupportBound boundSupport(const TriangleMesh& mesh, int rings = 40);
+
+/// Sample points of a surface in the body frame [µm], grouped into spatially compact clusters of `width`, as
+/// structure of arrays. A cluster with fewer points repeats them equally often (up to one): if there are
+/// several clusters, no point occurs more than twice.
+struct SamplePoints {
+  static constexpr int width = 16;
+
+  int clusters = 0;
+  std::vector<float> x, y, z;                            ///< clusters * width entries
+  std::vector<float> centerX, centerY, centerZ, radius;  ///< bounding spheres, padded to a multiple of width
+};
+
+/// Samples the surface of `mesh` by its vertices and, where edges are longer than `spacing` [µm], by points
+/// on its triangles, so that no point of the surface is further than about `spacing` from a sample.
+SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing);
+
+/// About every fourth vertex, evenly spread: sufficient to separate cells that overlap deeply.
+SamplePoints sampleCoarsely(const TriangleMesh& mesh);
+
+/// Up to `count` vertices, each the farthest one from those before it; the first is farthest from the origin.
+std::vector<Vec3> spreadPoints(const TriangleMesh& mesh, int count);
 
 /// A smooth closed surface in closed form: y² = P(s) with s = a·x² + c·z² in [0, 1] (body frame, µm), where P
 /// is a polynomial. Includes red cells (symmetry axis y), spheres and ellipsoids.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Distance of a point from a shape, and the surface point nearest to it.
+/// @file Distance of a point from a shape, the surface point nearest to it, and points that represent the
+/// volume of a shape.
 #pragma once
+
+#include <vector>
 
 #include "packMesh/shape/shape.h"
 
@@ -62,5 +65,10 @@ inline SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
   slope += 2.0 * bend;
   return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
 }
+
+/// `count` evenly spread points (Halton sequence) inside a shape, in its body frame [µm]; fewer, but at least
+/// one, if the shape fills less than a thousandth of its bounding box. The first n points are
+/// innerPoints(shape, n).
+std::vector<Vec3> innerPoints(const Shape& shape, int count);
 
 }  // namespace packmesh

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "packMesh/soft/membrane.h"
-#include "packMesh/soft/proximity_kernel.h"
+#include "packMesh/soft/soft_kernels.h"
 
 namespace packmesh {
 

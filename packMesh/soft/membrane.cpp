@@ -52,7 +52,7 @@ struct DoubleAccess {
   static void store(double v, double* to, int i) { to[i] = v; }
 };
 
-Vec3 acrossOf(const std::vector<Vec3>& v, const Triangle& t) {
+Vec3 crossOfEdges(const std::vector<Vec3>& v, const Triangle& t) {
   return (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]);
 }
 
@@ -115,14 +115,14 @@ void Membrane::measureRest() {
     inverseLength_.push_back(float(1.0 / length_.back()));
   }
   for (const Triangle& t : mesh_.triangles) {
-    triangleArea_.push_back(0.5 * acrossOf(x, t).norm());
+    triangleArea_.push_back(0.5 * crossOfEdges(x, t).norm());
     area_ += triangleArea_.back();
     inverseArea_.push_back(float(1.0 / triangleArea_.back()));
   }
   volume_ = signedVolume(mesh_);
   std::vector<Vec3> gradient(x.size(), Vec3::Zero());
   for (const Triangle& t : mesh_.triangles)
-    for (const int v : t) gradient[v] += acrossOf(x, t) / 6.0;
+    for (const int v : t) gradient[v] += crossOfEdges(x, t) / 6.0;
   for (const Vec3& g : gradient) volumeGradient_ += g.squaredNorm();
   for (std::size_t v = 0; v < x.size(); ++v) {
     deviation_.push_back(patchAt(x, int(v)).second);
@@ -134,7 +134,7 @@ void Membrane::measureRest() {
 std::pair<Vec3, double> Membrane::patchAt(const std::vector<Vec3>& x, int v) const {
   Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
   for (int k = ringBegin_[v]; k < ringBegin_[v + 1]; ++k) {
-    normal += acrossOf(x, mesh_.triangles[ringTriangle_[k]]).normalized();
+    normal += crossOfEdges(x, mesh_.triangles[ringTriangle_[k]]).normalized();
     middle += x[ring_[k]];
   }
   normal.normalize();
@@ -198,7 +198,7 @@ double membraneEnergy(const Membrane& membrane, const std::vector<Vec3>& vertice
   }
   for (int t = 0; t < m.triangles; ++t) {
     const double rest = scale * scale * membrane.triangleArea_[t];
-    const double area = 0.5 * acrossOf(vertices, membrane.mesh_.triangles[t]).norm();
+    const double area = 0.5 * crossOfEdges(vertices, membrane.mesh_.triangles[t]).norm();
     energy += m.areaForce * rest * integral(m.area, area / rest - 1.0);
   }
   const double rest = scale * scale * scale * membrane.volume_;
@@ -215,7 +215,7 @@ std::vector<Vec3> hemocellForces(const Membrane& m, const std::vector<Vec3>& x) 
                          double(m.mesh_.triangles.size()) / m.area_;
   for (std::size_t t = 0; t < m.mesh_.triangles.size(); ++t) {
     const Triangle& corner = m.mesh_.triangles[t];
-    const Vec3 across = acrossOf(x, corner);
+    const Vec3 across = crossOfEdges(x, corner);
     const double pull = m.areaForce_ / m.constants_.spacing *
                         hemocellLaw(MembraneLimits::area, 0.5 * across.norm() / m.triangleArea_[t] - 1.0);
     const Vec3 centroid = (x[corner[0]] + x[corner[1]] + x[corner[2]]) / 3.0;
@@ -259,7 +259,7 @@ Deformation deformationOf(const Membrane& m, const std::vector<Vec3>& x) {
   };
   const std::vector<Vec3>& rest = m.mesh().vertices;
   for (const Triangle& t : m.mesh().triangles)
-    enlarge(d.triangle, acrossOf(x, t).norm() / acrossOf(rest, t).norm() - 1.0);
+    enlarge(d.triangle, crossOfEdges(x, t).norm() / crossOfEdges(rest, t).norm() - 1.0);
   for (const auto& [a, b] : m.edges())
     enlarge(d.edge, (x[b] - x[a]).norm() / (rest[b] - rest[a]).norm() - 1.0);
   return d;

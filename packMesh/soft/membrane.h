@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "packMesh/mesh/triangle_mesh.h"
-#include "packMesh/soft/membrane_view.h"
+#include "packMesh/soft/soft_kernels.h"
 
 namespace packmesh {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/soft/membrane_kernel.h"
+#include "packMesh/soft/soft_kernels.h"
 
 #include "packMesh/simd/lanes.h"
 #include "packMesh/soft/membrane_laws.h"

@@ -2,7 +2,7 @@
 /// @file The elastic forces that packing uses, for numbers of any kind: double, and sixteen floats at a time.
 #pragma once
 
-#include "packMesh/soft/membrane_view.h"
+#include "packMesh/soft/soft_kernels.h"
 
 namespace packmesh {
 namespace {

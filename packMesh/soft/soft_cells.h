@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/container/wall.h"
+#include "packMesh/container/container.h"
 #include "packMesh/parallel/threads.h"
 #include "packMesh/soft/contact_lists.h"
 #include "packMesh/soft/membrane.h"
-#include "packMesh/soft/membrane_kernel.h"
+#include "packMesh/soft/soft_kernels.h"
 
 namespace packmesh {
 

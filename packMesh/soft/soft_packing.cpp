@@ -10,10 +10,10 @@
 #include <optional>
 #include <utility>
 
-#include "packMesh/core/best_pose.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/pose.h"
+#include "packMesh/packing/engine.h"
 #include "packMesh/packing/pack.h"
-#include "packMesh/packing/run_control.h"
 #include "packMesh/soft/soft_cells.h"
 
 namespace packmesh {
@@ -178,7 +178,7 @@ class SoftPacker {
       return out;
     }
     begin();
-    const bool packed = settle(limits_.iterations);
+    const bool packed = relaxDeepContacts(limits_.iterations);
     out.iterations = cells_->iterations();
     out.scale = cells_->smallestScale();
     if (control_.interrupted()) {
@@ -194,7 +194,7 @@ class SoftPacker {
   }
 
   /// Lets cells grow and come to rest. @return whether all have full size, and are within the limits
-  bool settle(std::int64_t iterations) {
+  bool relaxDeepContacts(std::int64_t iterations) {
     SoftCells& cells = *cells_;
     double tolerance = atRest, before = std::numeric_limits<double>::infinity();
     while (!control_.stopped() && cells.iterations() < iterations) {
@@ -229,7 +229,7 @@ class SoftPacker {
                        [&](const PlacedCell& cell) { return grows_[cell.species]; }))
         return;
       begin(std::move(left));
-      const bool packed = settle(std::min(limits_.iterations, iterationsOfRound));
+      const bool packed = relaxDeepContacts(std::min(limits_.iterations, iterationsOfRound));
       if (control_.interrupted()) {
         out.outcome = Outcome::interrupted;
         return;

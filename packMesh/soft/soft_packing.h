@@ -7,7 +7,7 @@
 
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
-#include "packMesh/problem/cell.h"
+#include "packMesh/problem/physics.h"
 #include "packMesh/soft/membrane.h"
 
 namespace packmesh {

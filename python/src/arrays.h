@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Packings as arrays of NumPy, and arrays as lines of .pos files.
+/// @file Dicts and arrays of Python as requests and numbers, and packings as arrays.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -8,9 +8,33 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/session/in_memory.h"
+#include "hemocell_adapter/settings/request.h"
+
+/// Of a dict with what JSON would have (request_json.h), and numbers of NumPy where a file may be. Needs
+/// Python's lock. @throws UsageError
+packmesh::hemocell::Request requestOf(const pybind11::dict& stated);
+
+/// A request as such a dict; {"given": ...} stands for numbers.
+pybind11::object dictOf(const packmesh::hemocell::Request& request);
+
+/// The words of a command that states a request; None if numbers are given, which no command has.
+pybind11::object wordsIn(const packmesh::hemocell::Request& request);
+
+/// Numbers that a request takes in place of a file.
+struct PythonNumbers {
+  std::shared_ptr<const packmesh::hemocell::MemoryInput> given;
+};
+
+/// @param setting, of it, with which messages begin
+PythonNumbers numbersOf(const std::string& setting, const std::string& of,
+                        std::vector<packmesh::StateTable> tables);
+
+void addRequests(pybind11::module_& module);
 
 /// A packing, or the cells of a state until their packing is needed. Each rank has its share of them.
 struct HeldCells {
@@ -33,7 +57,7 @@ struct HeldCells {
   /// As it is written.
   packmesh::Placement placement(std::size_t cell) const;
   /// What was asked for; nullptr: its state does not say.
-  std::shared_ptr<const packmesh::hemocell::Request> asked() const;
+  std::shared_ptr<const packmesh::hemocell::Request> request() const;
 };
 using Held = std::shared_ptr<const HeldCells>;
 

@@ -10,10 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "hemocell_adapter/base/agreed_failure.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
 #include "packMesh/core/error.h"
 
 namespace py = pybind11;
@@ -62,7 +61,7 @@ void checkSignals() {
 }
 
 /// "KeyError: 'text'"
-std::string textOf(const py::error_already_set& error) {
+std::string exceptionText(const py::error_already_set& error) {
   const std::string type = py::str(error.type().attr("__name__"));
   try {
     const std::string text = py::str(error.value());
@@ -189,7 +188,7 @@ void Caller::tellOtherRanks(const Communicator& ranks, bool failed) {
       std::rethrow_exception(raised.error);
     } catch (const py::error_already_set& error) {
       isSignal = error.matches(PyExc_KeyboardInterrupt);
-      text = fmt::format("{} on rank {} raised {}", raised.by, first, textOf(error));
+      text = fmt::format("{} on rank {} raised {}", raised.by, first, exceptionText(error));
     }
   }
   isSignal = ranks.any(isSignal);

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "hemocell_adapter/base/agreed_failure.h"
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "packMesh/parallel/communicator.h"
 

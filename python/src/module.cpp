@@ -15,17 +15,15 @@
 
 #include "arrays.h"
 #include "caller.h"
-#include "hemocell_adapter/base/agreed_failure.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -33,11 +31,10 @@
 #include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
-#include "packMesh/core/poll_scope.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/state_file.h"
-#include "requests.h"
 #include "run_analysis.h"
 
 namespace py = pybind11;
@@ -306,14 +303,14 @@ bool hasDeformed(const PythonPacking& packing, int species) {
 }
 
 /// None if its state does not say.
-py::object askedOf(const PythonPacking& packing) {
-  const std::shared_ptr<const Request> asked = packing.held->asked();
+py::object requestAsDict(const PythonPacking& packing) {
+  const std::shared_ptr<const Request> asked = packing.held->request();
   return asked ? dictOf(*asked) : py::object(py::none());
 }
 
 /// The words of a command that asks for the same; None if there is none.
 py::object commandOf(const PythonPacking& packing) {
-  const std::shared_ptr<const Request> asked = packing.held->asked();
+  const std::shared_ptr<const Request> asked = packing.held->request();
   return asked ? wordsIn(*asked) : py::object(py::none());
 }
 
@@ -358,7 +355,7 @@ std::optional<fs::path> framesOf(const PythonPacking& packing) {
 void addPacking(py::module_& module) {
   py::class_<PythonPacking>(module, "Packing")
       .def_property_readonly("counts", &countsByName)
-      .def_property_readonly("request", &askedOf)
+      .def_property_readonly("request", &requestAsDict)
       .def_property_readonly("command", &commandOf)
       .def("numbers", &numbersOfCells)
       .def_property_readonly("growth_frames", &framesOf)

@@ -23,12 +23,11 @@
 #include "hemocell_adapter/problem/make_species.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/session/in_memory.h"
-#include "packMesh/analysis/wall_depth.h"
-#include "packMesh/certificate/mesh_overlaps.h"
+#include "packMesh/analysis/profiles.h"
+#include "packMesh/certificate/overlap_finder.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
-#include "packMesh/parallel/cores.h"
-#include "requests.h"
+#include "packMesh/parallel/threads.h"
 
 namespace py = pybind11;
 using namespace packmesh;

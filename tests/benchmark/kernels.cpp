@@ -8,16 +8,15 @@
 #include <random>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "packMesh/cat/chordal_split.h"
+#include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/growth_program.h"
-#include "packMesh/cat/tetrahedralise.h"
-#include "packMesh/mesh/hull_separation.h"
+#include "packMesh/cat/tetrahedra.h"
+#include "packMesh/mesh/convex_hull.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_tree.h"
-#include "packMesh/mesh/triangle_distance.h"
-#include "packMesh/mesh/triangle_intersection.h"
+#include "packMesh/mesh/triangle_pair.h"
 #include "packMesh/relaxation/contact_solver.h"
-#include "packMesh/relaxation/pair_lister.h"
+#include "packMesh/relaxation/neighbor_list.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 

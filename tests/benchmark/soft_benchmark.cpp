@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/soft/soft_packing.h"

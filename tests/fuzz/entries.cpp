@@ -9,7 +9,6 @@
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/command_line.h"

@@ -8,17 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/base/agreed_failure.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/output/output_files.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/requested_outputs.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_file.h"
-#include "packMesh/packing/validate_problem.h"
+#include "packMesh/packing/pack.h"
 
 namespace packmesh::test {
 

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/parallel/mpi_session.h"
 
 int main(int argc, char** argv) {
   const packmesh::MpiSession mpi;

@@ -17,8 +17,8 @@ def body_of(function, file):
     """The text of a function in a file, or None."""
     text = re.sub(r"//[^\n]*", "", (ROOT / file).read_text())
     # A member function stands in its class, too.
-    names = re.escape(function) + "|" + re.escape(function.split("::")[-1])
-    for found in re.finditer(r"^(?: {2})?[A-Za-z][^\n#;=()]*?(?<![\w.])(?:" + names + r")\(", text, re.M):
+    heads = (rf"^(?: {{2}})?[A-Za-z][^\n#;=()]*?(?<![\w.]){re.escape(name)}\(" for name in (function, function.split("::")[-1]))
+    for found in (match for head in heads for match in re.finditer(head, text, re.M)):
         head = re.compile(r"[^;{}]*\{").match(text, found.end())  # a definition, not a declaration
         if not head:
             continue

@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "packMesh/cat/growth_relaxation.h"
-#include "packMesh/cat/planes.h"
+#include "packMesh/cat/growing_cells.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/placement/placement.h"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "packMesh/cat/chordal_split.h"
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/cat_cells.h"
+#include "packMesh/cat/tetrahedra.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/packing/pack.h"
 
 namespace packmesh::benchmark {

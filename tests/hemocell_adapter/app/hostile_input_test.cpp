@@ -11,7 +11,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "packMesh/io/seal.h"
+#include "packMesh/io/sealed_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/places.h"
 

@@ -6,9 +6,9 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/messages.h"
 #include "packMesh/core/error.h"
-#include "packMesh/parallel/mpi_session.h"
+#include "packMesh/parallel/communicator.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -32,15 +32,15 @@ TEST_CASE("Ranks have one thread where MPI was initialised for one", "[mpi]") {
     provided = permitted;
     const bool several = permitted != MPI_THREAD_SINGLE;
     CHECK(mpiPermitsThreads() == several);
-    CHECK(teamOf(1, ranks).count() == 1);
+    CHECK(makeThreads(1, ranks).count() == 1);
     if (several || ranks.alone()) {
-      CHECK(teamOf(3, ranks).count() == 3);
+      CHECK(makeThreads(3, ranks).count() == 3);
       continue;
     }
-    CHECK_THROWS_AS(teamOf(3, ranks), UsageError);
-    CHECK_THROWS_WITH(teamOf(3, ranks), Catch::Contains("MPI_Init_thread") && Catch::Contains("3"));
+    CHECK_THROWS_AS(makeThreads(3, ranks), UsageError);
+    CHECK_THROWS_WITH(makeThreads(3, ranks), Catch::Contains("MPI_Init_thread") && Catch::Contains("3"));
     setenv("OMP_NUM_THREADS", "4", 1);
-    CHECK(teamOf({}, ranks).count() == 1);
+    CHECK(makeThreads({}, ranks).count() == 1);
     unsetenv("OMP_NUM_THREADS");
   }
   provided = -1;

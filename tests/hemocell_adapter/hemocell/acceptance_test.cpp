@@ -11,9 +11,8 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/mesh/mesh_file.h"

@@ -9,7 +9,6 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
 #include "tests/hemocell_adapter/off_text.h"
 
 using namespace packmesh;

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/hemocell_adapter/sample_case.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Room between membranes and to the wall that nobody asked for, and the largest there is.
 #include "hemocell_adapter/problem/clearances.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 
 #include <catch2/catch.hpp>
 
@@ -28,7 +28,7 @@ struct Packer {
   double seconds = 0.0;
 
   PackingResult pack(const Request& request, const std::vector<Clearances>& levels, std::size_t first = 0) {
-    return packWithRoom(
+    return packWithClearances(
         request, levels, first, 1000, [this] { return seconds; },
         [this](const Clearances& c, const AttemptLimits& l) {
           tried.push_back(c);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What is said before packing, and on the way.
 #include "hemocell_adapter/problem/forecast.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 
 #include <catch2/catch.hpp>
 
-#include "hemocell_adapter/session/progress_log.h"
+#include "hemocell_adapter/session/attempts.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"

@@ -4,7 +4,6 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;

@@ -6,9 +6,9 @@
 #include <numeric>
 #include <optional>
 
-#include "hemocell_adapter/problem/fahraeus.h"
+#include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/parts.h"
-#include "hemocell_adapter/problem/tiling.h"
+#include "hemocell_adapter/session/session.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "tests/hemocell_adapter/planned_problem.h"

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "hemocell_adapter/hemocell/read_pos.h"
-#include "hemocell_adapter/problem/profile_source.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/problem/plan_profile.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/refusal.h"

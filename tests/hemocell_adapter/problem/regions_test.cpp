@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/hemocell/read_pos.h"
 #include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 

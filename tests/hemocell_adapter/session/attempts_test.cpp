@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <memory>
 
-#include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/problem/lumen_sample.h"
+#include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/problem/forecast.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 
 using namespace packmesh;
@@ -35,7 +35,7 @@ TEST_CASE("A packing has its problem, and the parts with the clearances that its
   const OutputRequest output;
   LumenSample sample(*problem);
   Attempts attempts(problem, output, sample);
-  const Packing packing = attempts.withRoom(Timer());
+  const Packing packing = attempts.withClearances(Timer());
   CHECK(packing.problem == problem);
   CHECK(packing.outcome == Outcome::certified);
   CHECK(packing.clearance > problem->demanded.membranes);
@@ -72,7 +72,7 @@ TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {
   const auto problem = problemShared({"16", "16", "16", "--rbc", "4"});
   LumenSample sample(*problem);
   Attempts attempts(problem, output, sample, hooks);
-  const Packing packing = attempts.withRoom(Timer());
+  const Packing packing = attempts.withClearances(Timer());
   CHECK(packing.outcome == Outcome::interrupted);
   CHECK(packing.cells.empty());
 }

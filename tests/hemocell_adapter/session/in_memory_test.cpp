@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "hemocell_adapter/base/agreed_failure.h"
-#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"

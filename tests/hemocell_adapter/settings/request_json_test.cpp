@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/setting_name.h"
+#include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "hemocell_adapter/settings/packing_section.h"
 

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/analysis/share_measures.h"
+#include "packMesh/analysis/cell_measures.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 

@@ -10,7 +10,7 @@
 
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/growth.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/tetgen_stand_in.h"

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "tests/support/growing.h"

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "packMesh/cat/cat_cells.h"
-#include "packMesh/cat/tetrahedralise.h"
+#include "packMesh/cat/tetrahedra.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/cat/cat_scenes.h"
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/cat/chord_planes.h"
-#include "packMesh/cat/growth_relaxation.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/cat/step_halving.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/growing.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/helper_process.h"
+#include "packMesh/core/process.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/support/tetgen_stand_in.h"
 

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <functional>
+#include <map>
+#include <set>
 
 #include "packMesh/cat/tetrahedra.h"
-#include "packMesh/cat/tetrahedralise.h"
 #include "packMesh/core/error.h"
+#include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/predicates.h"
 #include "tests/packMesh/cat/cat_scenes.h"
 
 using namespace packmesh;
@@ -199,4 +205,285 @@ TEST_CASE("A failed assertion in TetGen ends its own process only", "[tetrahedra
                                                      Contains("ended by signal 6") && Contains("Assertion"));
   scene.input.objects[1].placement.translation = {0.1, 0.05, 0.0};
   CHECK_NOTHROW(tetrahedralise(scene.input));
+}
+
+using namespace packmesh;
+using namespace packmesh::test;
+
+namespace {
+
+struct NamedScene {
+  std::string name;
+  CatScene scene;
+};
+
+/// Everything that fits into a container.
+std::vector<NamedScene> walledScenes() {
+  std::vector<NamedScene> scenes;
+  scenes.push_back({"four cubes", fourCubes()});
+  scenes.push_back({"spheres and cubes", spheresAndCubes()});
+  scenes.push_back({"mixture", mixture()});
+  scenes.push_back({"red cells", redCellsInSphere(8, 0.45)});
+  scenes.push_back({"small red cells", redCellsInSphere(8, 0.45, 0.2)});
+  CatScene alone = redCellsInSphere(1, 0.2);
+  scenes.push_back({"one red cell", alone});
+  return scenes;
+}
+
+using Face = std::array<int, 3>;
+
+Face faceOf(const Tetrahedron& t, int opposite) {
+  Face face{t[(opposite + 1) % 4], t[(opposite + 2) % 4], t[(opposite + 3) % 4]};
+  std::sort(face.begin(), face.end());
+  return face;
+}
+
+double areaOf(const Tetrahedra& t, const Face& f) {
+  return 0.5 * (t.points[f[1]] - t.points[f[0]]).cross(t.points[f[2]] - t.points[f[0]]).norm();
+}
+
+std::ptrdiff_t steinerPoints(const Tetrahedra& t) {
+  return std::count(t.vertices.begin(), t.vertices.end(), -1);
+}
+
+}  // namespace
+
+TEST_CASE("Tetrahedra fill the space between objects and container", "[tetrahedra]") {
+  for (const auto& [name, scene] : walledScenes()) {
+    INFO(name);
+    const Tetrahedra t = tetrahedralise(scene.input);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < t.tetrahedra.size(); ++i) {
+      const int n = static_cast<int>(i);
+      REQUIRE(sideOfPlane(t.corner(n, 0), t.corner(n, 1), t.corner(n, 2), t.corner(n, 3)) == 1);
+      sum += volumeOf(t, n);
+    }
+    CHECK(sum == Approx(scene.containerVolume() - scene.objectVolume()).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points have the label of their surface",
+          "[tetrahedra]") {
+  for (const auto& [name, scene] : walledScenes()) {
+    INFO(name);
+    const Tetrahedra t = tetrahedralise(scene.input);
+    std::map<Face, int> tetrahedraAt;
+    for (const Tetrahedron& corners : t.tetrahedra)
+      for (int k = 0; k < 4; ++k) ++tetrahedraAt[faceOf(corners, k)];
+    std::map<int, double> area;
+    for (const auto& [face, count] : tetrahedraAt) {
+      REQUIRE(count <= 2);
+      if (count == 2) continue;
+      const int label = t.labels[face[0]];
+      REQUIRE(t.labels[face[1]] == label);
+      REQUIRE(t.labels[face[2]] == label);
+      area[label] += areaOf(t, face);
+    }
+    CHECK(area[wallLabel] == Approx(surfaceArea(scene.input.container->mesh())).epsilon(1e-9));
+    for (std::size_t b = 0; b < t.bodies.size(); ++b) {
+      const PlacedMesh& object = scene.input.objects[t.bodies[b].object];
+      CHECK(area[static_cast<int>(b)] ==
+            Approx(surfaceArea(placed(object.mesh->mesh(), object.placement))).epsilon(1e-9));
+    }
+    for (std::size_t p = 0; p < t.points.size(); ++p) {
+      if (t.vertices[p] >= 0) continue;
+      const int label = t.labels[p];
+      const TriangleMesh surface = label == wallLabel
+                                       ? scene.input.container->mesh()
+                                       : placed(scene.input.objects[t.bodies[label].object].mesh->mesh(),
+                                                scene.input.objects[t.bodies[label].object].placement);
+      CHECK(ClosestPoint(surface).nearest(t.points[p]).distance < 1e-9);
+    }
+  }
+  CHECK(steinerPoints(tetrahedralise(redCellsInSphere(8, 0.45).input)) > 0);
+}
+
+TEST_CASE("Points are numbered by body and vertex", "[tetrahedra]") {
+  const CatScene scene = mixture();
+  const Tetrahedra t = tetrahedralise(scene.input);
+  REQUIRE(t.bodies.size() == scene.input.objects.size());
+  for (std::size_t b = 0; b < t.bodies.size(); ++b) {
+    const PlacedMesh& object = scene.input.objects[t.bodies[b].object];
+    const std::vector<Vec3>& vertices = object.mesh->mesh().vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      REQUIRE(t.points[t.bodies[b].firstPoint + v] == object.placement(vertices[v]));
+      REQUIRE(t.labels[t.bodies[b].firstPoint + v] == static_cast<int>(b));
+      REQUIRE(t.vertices[t.bodies[b].firstPoint + v] == static_cast<int>(v));
+    }
+  }
+  const std::vector<Vec3>& wall = scene.input.container->mesh().vertices;
+  std::size_t found = 0;
+  for (std::size_t p = 0; p < t.points.size(); ++p)
+    if (t.labels[p] == wallLabel && t.vertices[p] >= 0) {
+      REQUIRE(t.points[p] == wall[t.vertices[p]]);
+      ++found;
+    }
+  CHECK(found == wall.size());
+}
+
+TEST_CASE("Growth uses only the tetrahedra that join surfaces", "[tetrahedra]") {
+  CatScene scene = mixture();
+  const Tetrahedra all = tetrahedralise(scene.input);
+  scene.input.kept = TetrahedraKept::joining;
+  const Tetrahedra some = tetrahedralise(scene.input);
+  std::vector<Tetrahedron> joining;
+  std::copy_if(
+      all.tetrahedra.begin(), all.tetrahedra.end(), std::back_inserter(joining), [&](const Tetrahedron& t) {
+        return std::any_of(t.begin(), t.end(), [&](int p) { return all.labels[p] != all.labels[t[0]]; });
+      });
+  CHECK(joining.size() < all.tetrahedra.size());
+  const auto sorted = [](std::vector<Tetrahedron> tetrahedra) {
+    for (Tetrahedron& t : tetrahedra) std::sort(t.begin(), t.end());
+    std::sort(tetrahedra.begin(), tetrahedra.end());
+    return tetrahedra;
+  };
+  CHECK(sorted(joining) == sorted(some.tetrahedra));
+}
+
+TEST_CASE("Without a container, only triangles missing from the Delaunay tetrahedra are constrained",
+          "[tetrahedra]") {
+  int broken = 0;
+  for (CatScene scene :
+       {mixture(), redCellsInSphere(6, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.35), 1, 0.85)}) {
+    scene.input.container = nullptr;
+    scene.input.kept = TetrahedraKept::joining;
+    // Middles of tetrahedra that are inside of an object.
+    const auto inside = [&] {
+      const Tetrahedra t = tetrahedralise(scene.input);
+      REQUIRE(t.attempts == 1);
+      CHECK(t.tetrahedra.size() > 100);
+      int count = 0;
+      for (const Tetrahedron& corners : t.tetrahedra) {
+        Vec3 middle = Vec3::Zero();
+        for (const int p : corners) middle += 0.25 * t.points[p];
+        for (const TetrahedraBody& body : t.bodies) {
+          const PlacedMesh& object = scene.input.objects[body.object];
+          Placement placement = object.placement;
+          placement.translation += body.shift;
+          const Sphere sphere = boundingSphere(*object.mesh, placement);
+          if ((middle - sphere.center).norm() < sphere.radius)
+            count += isInside(middle, *object.mesh, placement);
+        }
+      }
+      return count;
+    };
+    CHECK(inside() == 0);
+    scene.input.kind = TetrahedraKind::delaunay;
+    broken += inside() > 0;
+  }
+  CHECK(broken > 0);  // not in vain
+}
+
+TEST_CASE("Triangles that are not faces of tetrahedra are found", "[tetrahedra]") {
+  // Two tetrahedra on either side of triangle 0 1 2.
+  const std::vector<Tetrahedron> two = {{0, 1, 2, 3}, {0, 2, 1, 4}};
+  const std::vector<Triangle> triangles = {{2, 1, 0}, {3, 4, 0}, {3, 0, 1}, {4, 1, 2}, {1, 3, 4}};
+  CHECK(missingTriangles(triangles, two, 5) == std::vector<int>{1, 4});
+  CHECK(missingTriangles(triangles, {{0, 1, 2, 3}}, 5) == std::vector<int>{1, 3, 4});
+  CHECK(missingTriangles({}, two, 5).empty());
+}
+
+TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra]") {
+  for (CatScene scene :
+       {mixture(), redCellsInSphere(4, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.3), 1, 0.85)}) {
+    const Tetrahedra before = tetrahedralise(scene.input);
+    std::vector<int> order(scene.input.objects.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    std::shuffle(order.begin(), order.end(), std::mt19937(3));
+    const std::vector<PlacedMesh> objects = scene.input.objects;
+    for (std::size_t i = 0; i < order.size(); ++i) scene.input.objects[i] = objects[order[i]];
+    const Tetrahedra after = tetrahedralise(scene.input);
+    CHECK(before.points == after.points);
+    CHECK(before.labels == after.labels);
+    CHECK(before.tetrahedra == after.tetrahedra);
+    REQUIRE(before.bodies.size() == after.bodies.size());
+    for (std::size_t b = 0; b < before.bodies.size(); ++b)
+      CHECK(order[after.bodies[b].object] == before.bodies[b].object);
+  }
+}
+
+TEST_CASE("Tetrahedra with periodic images fill the period", "[tetrahedra]") {
+  const auto check = [](const CatScene& scene, double volume) {
+    const Tetrahedra t = tetrahedralise(scene.input);
+    // Each corner is a primary object's in just one of a tetrahedron's images.
+    double sum = 0.0;
+    for (std::size_t i = 0; i < t.tetrahedra.size(); ++i)
+      for (int k = 0; k < 4; ++k)
+        if (const int p = t.tetrahedra[i][k]; t.isPrimary(t.labels[p]))
+          sum += 0.25 * volumeOf(t, static_cast<int>(i));
+    CHECK(sum == Approx(volume - scene.objectVolume()).epsilon(1e-9));
+    CHECK(static_cast<std::size_t>(std::count_if(t.bodies.begin(), t.bodies.end(),
+                                                 [](const TetrahedraBody& b) { return b.primary; })) ==
+          scene.input.objects.size());
+  };
+  check(coarse(redCellsInPeriodicBox(13.0, 0.35), 1, 0.85), std::pow(13.0, 3));
+  check(coarse(redCellsInPeriodicBox(13.0, 0.35), 1, 0.5), std::pow(13.0, 3));
+  check(coarse(redCellsInPeriodicBox(9.0, 0.12), 2, 0.9), std::pow(9.0, 3));
+}
+
+TEST_CASE("Unconstrained Delaunay tetrahedra have empty circumspheres", "[tetrahedra]") {
+  CatScene scene = spheresAndCubes();
+  scene.input.kind = TetrahedraKind::delaunay;
+  const Tetrahedra t = tetrahedralise(scene.input);
+  CHECK(steinerPoints(t) == 0);
+  CHECK(t.tetrahedra.size() > 1000);
+  for (std::size_t i = 0; i < t.tetrahedra.size(); i += 7) {
+    const int n = static_cast<int>(i);
+    Mat3 m;
+    Vec3 rhs;
+    for (int k = 0; k < 3; ++k) {
+      m.row(k) = (t.corner(n, k + 1) - t.corner(n, 0)).transpose();
+      rhs[k] = 0.5 * m.row(k).squaredNorm();
+    }
+    const Vec3 offset = m.inverse() * rhs, center = t.corner(n, 0) + offset;
+    if (!(offset.norm() < 1e3)) continue;  // flat: the sphere is a plane
+    for (const Vec3& p : t.points) CHECK((p - center).norm() > offset.norm() * (1.0 - 1e-7));
+  }
+}
+
+TEST_CASE("With fewer points on surfaces, the tetrahedra of the remaining points are kept", "[tetrahedra]") {
+  CatScene scene = redCellsInSphere(8, 0.3);
+  scene.input.container = nullptr;
+  scene.input.kind = TetrahedraKind::delaunay;
+  scene.input.kept = TetrahedraKept::joining;
+  const Tetrahedra all = tetrahedralise(scene.input);
+  for (const PlacedMesh& object : scene.input.objects) {
+    scene.input.bodies.push_back({static_cast<int>(scene.input.bodies.size()), Vec3::Zero(), true});
+    scene.input.points.emplace_back();
+    int v = 0;
+    for (const Vec3& vertex : object.mesh->mesh().vertices)
+      scene.input.points.back().push_back(vertex.x() > 0.0 || v++ % 8 == 0);
+  }
+  const Tetrahedra some = tetrahedralise(scene.input);
+  CHECK(2 * some.points.size() < 3 * all.points.size() / 2);
+  // By body and vertex, which number the same points in both.
+  using Corner = std::pair<int, int>;
+  const auto cornersOf = [](const Tetrahedra& t, const Tetrahedron& tetrahedron) {
+    std::array<Corner, 4> corners;
+    for (int k = 0; k < 4; ++k)
+      corners[k] = {t.bodies[t.labels[tetrahedron[k]]].object, t.vertices[tetrahedron[k]]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::set<std::array<Corner, 4>> found;
+  for (const Tetrahedron& t : some.tetrahedra) found.insert(cornersOf(some, t));
+  std::int64_t expected = 0;
+  for (const Tetrahedron& t : all.tetrahedra) {
+    const std::array<Corner, 4> corners = cornersOf(all, t);
+    if (!std::all_of(corners.begin(), corners.end(),
+                     [&](const Corner& c) { return scene.input.points[c.first][c.second]; }))
+      continue;
+    ++expected;
+    CHECK(found.count(corners) == 1);
+  }
+  CHECK(expected > 100);
+}
+
+TEST_CASE("A tetrahedralisation can be stopped", "[tetrahedra]") {
+  CatScene scene = redCellsInSphere(8, 0.45);
+  TetrahedraInput& input = scene.input;
+  int polls = 0;
+  input.stop = [&] { return ++polls > 1; };
+  REQUIRE_THROWS_WITH(tetrahedralise(input), Catch::Contains("it was stopped"));
+  REQUIRE(polls == 2);
 }

@@ -9,7 +9,6 @@
 #include <tuple>
 
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/mesh/test_meshes.h"
@@ -36,9 +35,9 @@ class PeriodicSpace : public Container {
 };
 
 /// The half-space x > 0; counts how often vertices are looked at.
-class HalfSpace : public Wall {
+class HalfSpaceWall : public Wall {
  public:
-  explicit HalfSpace(double slack = 0.0) : slack_(slack) {}
+  explicit HalfSpaceWall(double slack = 0.0) : slack_(slack) {}
   WallDistance distance(const Vec3& p) const override { return {p.x() + slack_, Vec3::UnitX()}; }
   double slack() const override { return slack_; }
   WallVerdict examine(const PlacedHierarchy& cell, double usualGapOfInterest) const override {
@@ -249,7 +248,7 @@ TEST_CASE("findOverlaps examines only pairs with a moved cell, but all of them",
 TEST_CASE("Walls are queried only about cells near them, and their violations are reported",
           "[certificate]") {
   for (double slack : {0.0, 0.5}) {
-    HalfSpace wall(slack);
+    HalfSpaceWall wall(slack);
     Packing packing;
     packing.shapes = {ball(1.0), ball(1.0)};
     packing.walls = {&wall, nullptr};
@@ -274,7 +273,7 @@ TEST_CASE("Walls are queried only about cells near them, and their violations ar
 
 TEST_CASE("A cell closer to its wall than required is misplaced, and the smallest wall gap is reported",
           "[certificate]") {
-  HalfSpace wall;
+  HalfSpaceWall wall;
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1)),
                     ball(1.0)};
@@ -325,7 +324,7 @@ TEST_CASE("Gaps are measured beyond those that are required", "[certificate]") {
   physics.add("ball", ball(1.0), 2);
   const std::vector<PlacedCell> cells = {{0, 0, {Mat3::Identity(), Vec3(10, 10, 10)}},
                                          {0, 0, {Mat3::Identity(), Vec3(13.6, 10, 10)}}};
-  const HalfSpace wall;
+  const HalfSpaceWall wall;
   const auto certificate = [&](double clearance, double wallClearance, double extra) {
     physics.clearance = clearance;
     physics.wallClearance = wallClearance;

@@ -7,7 +7,7 @@
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/id_shares.h"
-#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/parallel/blocks.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

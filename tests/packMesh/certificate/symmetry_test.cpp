@@ -10,7 +10,7 @@
 #include <set>
 
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "tests/support/shapes.h"
 

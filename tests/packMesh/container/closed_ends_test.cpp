@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/relaxation/relaxation.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"

@@ -5,12 +5,11 @@
 #include <random>
 
 #include "packMesh/container/primitives.h"
-#include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "packMesh/mesh/triangle_distance.h"
+#include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;

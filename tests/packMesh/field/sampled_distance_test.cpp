@@ -1,13 +1,132 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/field/sampled_distance.h"
-
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include "packMesh/core/error.h"
+#include "packMesh/field/sampled_distance.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;
+
+TEST_CASE("Points belong to the cell above their node, those on the last faces to the last cell", "[field]") {
+  const std::array<int, 3> cells = {4, 1, 7};
+  const GridCell inside(Vec3(2.25, 0.5, 6.0), cells);
+  CHECK(inside.node[0] == 2);
+  CHECK(inside.node[1] == 0);
+  CHECK(inside.node[2] == 6);
+  CHECK(inside.t[0] == 0.25);
+  CHECK(inside.t[1] == 0.5);
+  CHECK(inside.t[2] == 0.0);
+  CHECK_FALSE(inside.isBeyond);
+  const GridCell last(Vec3(4.0, 1.0, 7.0), cells);
+  for (int k = 0; k < 3; ++k) {
+    CHECK(last.node[k] == cells[k] - 1);
+    CHECK(last.t[k] == 1.0);
+  }
+  CHECK_FALSE(last.isBeyond);
+  CHECK(last.beyond == Vec3::Zero());
+}
+
+TEST_CASE("Points outside a grid belong to the cell of the nearest point of it", "[field]") {
+  const std::array<int, 3> cells = {4, 3, 7};
+  const GridCell cell(Vec3(-1.5, 1.5, 9.0), cells);
+  CHECK(cell.isBeyond);
+  CHECK(cell.beyond == Vec3(-1.5, 0.0, 2.0));
+  CHECK(cell.node[0] == 0);
+  CHECK(cell.t[0] == 0.0);
+  CHECK(cell.node[1] == 1);
+  CHECK(cell.t[1] == 0.5);
+  CHECK(cell.node[2] == 6);
+  CHECK(cell.t[2] == 1.0);
+  const GridCell nowhere(Vec3::Constant(std::numeric_limits<double>::quiet_NaN()), cells);
+  for (const int node : nowhere.node) CHECK(node == 0);
+}
+
+TEST_CASE("Interpolation looks up the corners of the cell, and is continuous from cell to cell", "[field]") {
+  const std::array<int, 3> cells = {3, 4, 2};
+  const std::size_t row = 4, slab = 20;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::vector<double> values(60);
+  for (double& v : values) v = unit(random);
+  const auto valueAt = [&](const Vec3& u) {
+    const GridCell cell(u, cells);
+    const double* low = &values[cell.node[0] + row * cell.node[1] + slab * cell.node[2]];
+    return cell.interpolate(row, slab, [&](std::size_t n) { return low[n]; }).value;
+  };
+  for (int k = 0; k <= 2; ++k)
+    for (int j = 0; j <= 4; ++j)
+      for (int i = 0; i <= 3; ++i)
+        REQUIRE(valueAt(Vec3(i, j, k)) == Approx(values[i + row * j + slab * k]).margin(1e-14));
+  constexpr double step = 1e-9;
+  for (int n = 0; n < 300; ++n) {
+    Vec3 u(3.0 * unit(random), 4.0 * unit(random), 2.0 * unit(random));
+    const int axis = n % 3;
+    u[axis] = std::round(u[axis]);
+    REQUIRE(valueAt(u - step * Vec3::Unit(axis)) ==
+            Approx(valueAt(u + step * Vec3::Unit(axis))).margin(5e-9));
+  }
+}
+
+using namespace packmesh;
+
+namespace {
+
+/// Fills a brick with what tells its values apart.
+auto filledWith(int brick, int& fills) {
+  return [brick, &fills](int* values) {
+    ++fills;
+    for (int n = 0; n < BrickView::nodes; ++n) values[n] = BrickView::nodes * brick + n;
+    return true;
+  };
+}
+
+}  // namespace
+
+TEST_CASE("Bricks are filled once, when they are first needed", "[field]") {
+  Bricks<int, std::int32_t> bricks({3, 2, 4});
+  for (int b = 0; b < 24; ++b) REQUIRE(bricks.begins()[b] < 0);
+  int fills = 0;
+  for (const int brick : {23, 5, 0, 5, 23, 11}) {
+    const int* values = bricks.at(brick, filledWith(brick, fills));
+    REQUIRE(values == *bricks.values() + bricks.begins()[brick]);
+    for (int n = 0; n < BrickView::nodes; ++n) REQUIRE(values[n] == BrickView::nodes * brick + n);
+  }
+  REQUIRE(fills == 4);
+  REQUIRE(bricks.storedBricks() == 4);
+  REQUIRE(bricks.begins()[1] < 0);
+}
+
+TEST_CASE("Bricks with nothing to tell are not stored, nor asked for again", "[field]") {
+  Bricks<std::int8_t, std::int64_t> bricks({2, 2, 2});
+  int asked = 0;
+  const auto nothing = [&](std::int8_t*) {
+    ++asked;
+    return false;
+  };
+  for (int look = 0; look < 3; ++look) REQUIRE(bricks.at(3, nothing) == nullptr);
+  REQUIRE(asked == 1);
+  REQUIRE(bricks.storedBricks() == 0);
+}
+
+TEST_CASE("A brick has the nodes on its faces, and every cell lies in one brick", "[field]") {
+  const int count[3] = {3, 2, 2};
+  constexpr int cells = BrickView::cells;
+  for (int z = 0; z < cells * count[2]; ++z)
+    for (int y = 0; y < cells * count[1]; ++y)
+      for (int x = 0; x < cells * count[0]; ++x) {
+        const int node[3] = {x, y, z};
+        REQUIRE(BrickView::brickOf(node, count) ==
+                x / cells + count[0] * (y / cells + count[1] * (z / cells)));
+        const int place = BrickView::placeOf(node);
+        REQUIRE(place == x % cells + BrickView::row * (y % cells) + BrickView::slab * (z % cells));
+        REQUIRE(place + 1 + BrickView::row + BrickView::slab < BrickView::nodes);  // the cell's far corner
+      }
+}
+
 using test::NamedContainer;
 
 namespace {

@@ -265,7 +265,7 @@ TEST_CASE("readMesh reads PLY with properties and comments of any kind, text and
 }
 
 #if PACKMESH_CAT
-// Why packMesh has readers of its own (polygon_soup.h). If this fails, OpenMesh's may be good enough by now.
+// Why packMesh has readers of its own (mesh_readers.h). If this fails, OpenMesh's may be good enough by now.
 TEST_CASE("OpenMesh's readers round coordinates, leave out faces and accept damage", "[.][openmesh]") {
   struct Traits : OpenMesh::DefaultTraits {
     using Point = OpenMesh::Vec3d;

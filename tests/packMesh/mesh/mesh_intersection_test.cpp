@@ -7,8 +7,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/convex_hull.h"
-#include "packMesh/mesh/triangle_distance.h"
-#include "packMesh/mesh/triangle_intersection.h"
+#include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 

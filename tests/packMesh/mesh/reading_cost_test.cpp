@@ -7,11 +7,10 @@
 #include <random>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/poll_scope.h"
-#include "packMesh/mesh/flat_triangles.h"
-#include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
+#include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/shape.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/mesh/triangle_distance.h"
+#include "packMesh/mesh/triangle_pair.h"
 
 #include <catch2/catch.hpp>
 #include <random>
 #include <vector>
-
-#include "packMesh/mesh/triangle_intersection.h"
 
 using namespace packmesh;
 

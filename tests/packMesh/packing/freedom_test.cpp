@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
-#include "packMesh/container/body_region.h"
-#include "packMesh/container/depth_shell.h"
+#include "packMesh/container/region.h"
+#include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "tests/support/engines.h"

@@ -10,8 +10,8 @@
 #include <random>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/temporary_name.h"
-#include "packMesh/io/seal.h"
+#include "packMesh/io/atomic_files.h"
+#include "packMesh/io/sealed_file.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 

@@ -3,9 +3,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/container/body_region.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
+#include "packMesh/container/region.h"
 #include "packMesh/core/error.h"
 #include "packMesh/placement/placement.h"
 

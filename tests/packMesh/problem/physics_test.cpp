@@ -6,7 +6,6 @@
 
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
-#include "packMesh/packing/validate_problem.h"
 #include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 

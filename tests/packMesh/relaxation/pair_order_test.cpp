@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/pair_order.h"
+#include "packMesh/relaxation/neighbor_list.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -281,7 +281,7 @@ TEST_CASE("Schedules stop when requested", "[relaxation]") {
   REQUIRE_FALSE(relax(relaxation, limits));
   REQUIRE(relaxation.sweeps() == 31);
   limits.stop = nullptr;
-  REQUIRE_FALSE(settle(relaxation, 7, limits));
+  REQUIRE_FALSE(relaxDeepContacts(relaxation, 7, limits));
   REQUIRE(relaxation.sweeps() == 38);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/wall_kernel.h"
+#include "packMesh/relaxation/contact_kernels.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,6 @@
 #include <random>
 
 #include "packMesh/relaxation/contact_solver.h"
-#include "packMesh/relaxation/wall_field.h"
 #include "tests/support/shapes.h"
 #include "tests/support/walls.h"
 

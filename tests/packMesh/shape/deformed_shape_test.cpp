@@ -3,7 +3,6 @@
 #include <cmath>
 #include <random>
 
-#include "packMesh/shape/inner_points.h"
 #include "packMesh/shape/shape.h"
 #include "packMesh/shape/surface_distance.h"
 #include "tests/support/deformed.h"

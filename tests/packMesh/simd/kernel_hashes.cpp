@@ -15,10 +15,8 @@
 #include <vector>
 
 #include "packMesh/cat/growth_kernels.h"
-#include "packMesh/mesh/hierarchy_kernel.h"
-#include "packMesh/mesh/triangle_kernel.h"
-#include "packMesh/relaxation/contact_kernel.h"
-#include "packMesh/relaxation/wall_kernel.h"
+#include "packMesh/mesh/mesh_kernels.h"
+#include "packMesh/relaxation/contact_kernels.h"
 #include "tests/packMesh/simd/kernel_inputs.h"
 #include "tests/packMesh/simd/soft_kernel_hashes.h"
 

@@ -4,8 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/soft/membrane_kernel.h"
-#include "packMesh/soft/proximity_kernel.h"
+#include "packMesh/soft/soft_kernels.h"
 #include "tests/packMesh/simd/kernel_inputs.h"
 
 namespace packmesh {

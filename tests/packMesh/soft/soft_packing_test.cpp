@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"

@@ -8,6 +8,7 @@
 /// there are files with cells.
 #pragma once
 
+#include <hemocell.h>
 #include <mpi.h>
 
 #include <fstream>
@@ -15,13 +16,39 @@
 #include <string>
 #include <vector>
 
-#include <hemocell.h>
 #include "packMesh/failure.h"
 #include "packMesh/hemocell_system.h"
-#include "packMesh/names_in_folder.h"
 #include "packMesh/running_hemocell.h"
 
 namespace packmesh {
+namespace plugin {
+
+inline std::vector<std::string> typeNames(hemo::HemoCell& hemocell) {
+  std::vector<std::string> names;
+  for (unsigned int t = 0; t < hemocell.cellfields->size(); ++t)
+    names.push_back((*hemocell.cellfields)[t]->name);
+  return names;
+}
+
+/// Types under names that lead HemoCell to `.pos` files of a folder, until the end of this object's life.
+class NamesInFolder {
+ public:
+  NamesInFolder(hemo::HemoCell& hemocell, const std::string& folder)
+      : hemocell_(hemocell), names_(typeNames(hemocell)) {
+    for (unsigned int t = 0; t < names_.size(); ++t) (*hemocell_.cellfields)[t]->name = folder + names_[t];
+  }
+  ~NamesInFolder() {
+    for (unsigned int t = 0; t < names_.size(); ++t) (*hemocell_.cellfields)[t]->name = names_[t];
+  }
+  NamesInFolder(const NamesInFolder&) = delete;
+  NamesInFolder& operator=(const NamesInFolder&) = delete;
+
+ private:
+  hemo::HemoCell& hemocell_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace plugin
 
 /// Cells in a running HemoCell.
 struct LoadedParticles {

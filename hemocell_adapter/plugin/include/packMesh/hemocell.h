@@ -16,7 +16,6 @@
 #include "packMesh/checkpoint.h"
 #include "packMesh/failure.h"
 #include "packMesh/hemocell_system.h"
-#include "packMesh/particle_adder.h"
 #include "packMesh/running_hemocell.h"
 #include "packMesh/watch_cells.h"
 

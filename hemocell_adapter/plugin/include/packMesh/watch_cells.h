@@ -13,7 +13,6 @@
 #include <hemocell.h>
 #include "packMesh/failure.h"
 #include "packMesh/hemocell_system.h"
-#include "packMesh/plugin_messages.h"
 #include "packMesh/running_hemocell.h"
 
 namespace packmesh {
@@ -93,7 +92,7 @@ inline Watch watchOf(hemo::HemoCell& hemocell, const MPI_Comm& ranks, double mar
 }
 
 /// Cells as text: "231 of 243 cells (220 RBC, 11 PLT)".
-inline std::string textOf(const Watched& found, const Watch& watch, std::int64_t before) {
+inline std::string watchMessage(const Watched& found, const Watch& watch, std::int64_t before) {
   std::ostringstream types;
   std::int64_t cells = 0;
   for (std::size_t t = 0; t < found.counts.size(); ++t) {
@@ -115,7 +114,7 @@ inline std::string deleted(hemo::HemoCell& hemocell, const Watched& found, const
   for (const std::int64_t count : found.counts) before += count;
   if (before >= expected) return std::string();
   return "iteration " + std::to_string(watch.iteration) +
-         ": HemoCell has deleted cells: " + textOf(found, watch, expected) + " are left";
+         ": HemoCell has deleted cells: " + watchMessage(found, watch, expected) + " are left";
 }
 
 /// About cells that are too long: when there is one, and again whenever their number has doubled.

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/packing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "hemocell_adapter/problem/make_species.h"
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+struct Quantity {
+  const char* column;
+  double Deformation::*value;
+};
+constexpr std::array<Quantity, 5> quantities = {{{"force", &Deformation::force},
+                                                 {"volume_change", &Deformation::volume},
+                                                 {"area_change", &Deformation::area},
+                                                 {"triangle_change", &Deformation::triangle},
+                                                 {"edge_change", &Deformation::edge}}};
+
+/// nullptr for meshes that are too large.
+std::unique_ptr<const Membrane> membraneFor(const Problem& problem, const CellSpecies& species) {
+  try {
+    return std::make_unique<Membrane>(species.shape->mesh(), membraneOf(problem, species));
+  } catch (const InputError&) {
+    return nullptr;
+  }
+}
+
+/// Of each cell; copies of a cell have the same shape.
+std::vector<Deformation> deformationOfEach(const Problem& problem, const std::vector<PlacedCell>& cells) {
+  std::vector<std::unique_ptr<const Membrane>> membranes(problem.species.size());
+  std::vector<int> speciesOf(problem.shapes.size(), -1);
+  for (const PlacedCell& cell : cells) {
+    if (!problem.isDeformed(cell)) continue;
+    if (!membranes[cell.species])
+      membranes[cell.species] = membraneFor(problem, problem.species[cell.species]);
+    speciesOf[cell.shape] = cell.species;
+  }
+  std::vector<Deformation> ofShape(problem.shapes.size());
+  problem.team.forEach(std::int64_t(ofShape.size()), [&](std::int64_t shape, int) {
+    if (speciesOf[shape] < 0) return;
+    const Membrane* const membrane = membranes[speciesOf[shape]].get();
+    ofShape[shape] = membrane ? deformationOf(*membrane, problem.shapes[shape]->mesh().vertices)
+                              : Deformation{unknown, unknown, unknown, unknown, unknown};
+  });
+  std::vector<Deformation> all;
+  for (const PlacedCell& cell : cells)
+    all.push_back(problem.isDeformed(cell) ? ofShape[cell.shape] : Deformation{});
+  return all;
+}
+
+}  // namespace
+
+std::optional<Deformations> deformationsOf(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  if (!problem.hasDeformed()) return {};
+  const std::vector<Deformation> each = deformationOfEach(problem, packing.cells);
+  std::vector<Deformation> all;
+  for (std::size_t i = 0; i < each.size(); ++i)
+    if (problem.isDeformed(packing.cells[i]) && !std::isnan(each[i].force)) all.push_back(each[i]);
+  all = problem.ranks.gatherAll(all);
+  if (all.empty()) return {};
+  Deformations made;
+  made.cells = std::int64_t(all.size());
+  for (const Deformation& one : all) made.most.enlarge(one);
+  for (const Quantity& quantity : quantities) {
+    const auto middle = all.begin() + std::ptrdiff_t(all.size() / 2);
+    std::nth_element(all.begin(), middle, all.end(), [&](const Deformation& a, const Deformation& b) {
+      return a.*quantity.value < b.*quantity.value;
+    });
+    made.median.*quantity.value = *middle.*quantity.value;
+  }
+  return made;
+}
+
+std::vector<CellColumn> deformationColumns(const Problem& problem, const std::vector<PlacedCell>& cells) {
+  std::vector<CellColumn> columns;
+  if (!problem.hasDeformed()) return columns;
+  const std::vector<Deformation> each = deformationOfEach(problem, cells);
+  for (const Quantity& quantity : quantities) {
+    columns.push_back({quantity.column, 1, {}});
+    for (const Deformation& one : each) columns.back().values.push_back(one.*quantity.value);
+  }
+  return columns;
+}
+
+std::vector<CellColumn> deformationColumns(const Problem& problem, const PackedParts& packed,
+                                           const std::vector<BodyState>& cells) {
+  std::vector<PlacedCell> placed;
+  if (problem.hasDeformed())
+    for (const BodyState& cell : cells) {
+      const int species = packed.parts[cell.species].species;
+      placed.push_back({species, cell.shape, {}});
+    }
+  return deformationColumns(problem, placed);
+}
+
+}  // namespace packmesh::hemocell

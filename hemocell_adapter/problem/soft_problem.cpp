@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/soft_problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/problem/make_species.h"
+#include "hemocell_adapter/problem/parts.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// HemoCell deletes cells with a vertex on a solid node: a vertex this far from the wall is on none [dx].
+const double wallRoom = std::sqrt(0.5);
+/// Iterations with that room, and its share of the time that is left; in capillaries that leave no room for
+/// it, cells may be nearer to the wall. A tenth of the time is for the certificate.
+constexpr std::int64_t iterationsWithRoom = 4000;
+constexpr double shareWithRoom = 0.5, shareOfTime = 0.9;
+
+std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& packed) {
+  std::vector<SoftSpecies> soft;
+  for (const Part& part : packed.parts) {
+    const CellSpecies& species = problem.species[part.species];
+    soft.push_back({membraneOf(problem, species), species.rigid});
+  }
+  return soft;
+}
+
+/// The species with these cells, which are all there; fixed ones stay.
+std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& packed,
+                                   const std::vector<Cell>& cells) {
+  std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    SpeciesPlan& species = plans[s];
+    species.start.clear();
+    for (PresentCell& cell : species.fixed) {
+      if (cell.shape < 0) continue;
+      cell.vertices = problem.shapes[cell.shape]->mesh().vertices;
+      cell.shape = -1;
+    }
+    species.ownTriangles = problem.species[s].shape->mesh().triangles;
+    species.blood = {};
+    species.startFrom = "packing soft cells";
+    species.stock = 0;
+  }
+  for (const Cell& cell : cells) {
+    std::vector<PresentCell>& start = plans[packed.parts[cell.species].species].start;
+    // The angles of a line stand for a rotation up to rounding, which the vertices make up for.
+    const PosLine line = posLineOf(cell.pose);
+    const Mat3 turned = placementOf(line).linear.transpose() * cell.pose.orientation.toRotationMatrix();
+    start.emplace_back(line);
+    for (const Vec3& v : cell.vertices) start.back().vertices.push_back(turned * v);
+  }
+  return plans;
+}
+
+/// Deviations that packing undeformed cells tolerates, and that are not worth telling [µm; rad].
+constexpr double littleOutside = 0.01, littleTurned = 1e-3;
+
+/// Cells that were kept in regions and to directions before they grew, and are not any more.
+std::optional<std::string> strayWarning(const Problem& problem, const PackedParts& packed,
+                                        const std::vector<Cell>& cells) {
+  std::int64_t outside = 0, turned = 0;
+  for (const Cell& cell : cells) {
+    const Freedom& freedom = packed.parts[cell.species].cells.freedom;
+    if (freedom.region && freedom.region->distance(cell.pose.position).distance < -littleOutside) ++outside;
+    if (freedom.cone && freedom.cone->angle(cell.pose.orientation) > freedom.cone->spread + littleTurned)
+      ++turned;
+  }
+  std::string text;
+  if (outside > 0)
+    text = fmt::format("{} of {} cells have their centres outside of their {}", outside, cells.size(),
+                       problem.layout.profile ? "layers of the profile" : "regions");
+  if (turned > 0)
+    text += fmt::format("{}{} of {} cells are turned beyond their spread", text.empty() ? "" : ", ", turned,
+                        cells.size());
+  if (text.empty()) return {};
+  return text + ": soft cells are kept to these only until they grow";
+}
+
+std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
+  const std::string after = fmt::format(" after {} iterations", packed.iterations);
+  if (packed.scale == 0.0) return "not even cells much smaller than those requested could be packed";
+  if (packed.scale < 1.0)
+    return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
+  if (!(packed.most.force <= limits.force))
+    return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
+           fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  const bool ofVolume = !(std::abs(packed.most.volume) <= limits.volume);
+  return fmt::format("the {} of a cell changed by {:.2f} %", ofVolume ? "volume" : "area",
+                     100.0 * (ofVolume ? packed.most.volume : packed.most.area)) +
+         after +
+         fmt::format(", and {:.6g} % are allowed ({})", 100.0 * (ofVolume ? limits.volume : limits.area),
+                     named(ofVolume ? "max-volume-change" : "max-area-change"));
+}
+
+}  // namespace
+
+SoftProblem packSoftProblem(const Problem& problem, const std::function<bool()>& interrupted,
+                            const std::function<void(const Progress&)>& progress,
+                            const std::function<double()>& elapsed) {
+  std::vector<Clearances> levels = {problem.demanded};
+  if (problem.request.choosesWallClearance() && problem.lumen.solidWalls && problem.lumen.container->wall()) {
+    levels.insert(levels.begin(), problem.demanded);
+    levels.front().wall = std::max(problem.demanded.wall, wallRoom * problem.request.dx);
+  }
+  SoftProblem made;
+  for (std::size_t n = 0; n < levels.size(); ++n) {
+    const bool last = n + 1 == levels.size();
+    const PackedParts packed = partsAt(problem, problem.layout, levels[n]);
+    PackingProblem packing = packingProblemOf(problem, packed, interrupted, progress);
+    if (const double most = problem.request.maxSeconds; most > 0.0)
+      packing.execution.limits.maxSeconds =
+          std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
+    SoftLimits limits;
+    limits.force = problem.request.maxForce;
+    limits.volume = problem.request.maxVolumeChange;
+    limits.area = problem.request.maxAreaChange;
+    limits.aim = std::min(limits.aim, 0.9 * limits.force);
+    if (!last) limits.iterations = iterationsWithRoom;
+    limits.fewerCells = last && problem.request.bestEffort;
+    if (problem.request.maxIterations)
+      limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
+    const SoftPacking soft = packSoft(packing, softSpecies(problem, packed), limits);
+    if (soft.outcome == Outcome::interrupted) return made;
+    if (soft.outcome != Outcome::certified) {
+      made.failure = failureOf(soft, limits);
+      made.fewer = !soft.cells.empty();
+      if (!made.fewer) continue;
+    } else if (soft.startScale == 1.0) {
+      made.problem = problem;
+      return made;
+    }
+    if (last && levels.size() > 1)
+      made.notices.warnings.push_back(
+          fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
+                      "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "
+                      "room",
+                      levels.front().wall));
+    if (auto warning = strayWarning(problem, packed, soft.cells))
+      made.notices.warnings.push_back(std::move(*warning));
+    made.problem = withCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
+    return made;
+  }
+  return made;
+}
+
+}  // namespace packmesh::hemocell

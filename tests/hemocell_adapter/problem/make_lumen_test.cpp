@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include <catch2/catch.hpp>
+
+#include "hemocell_adapter/problem/make_lumen.h"
+#include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/hemocell_adapter/sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Said of a box 30 x 20 x 20 with this obstacle on a lattice of 0.5 µm.
+std::string saidOf(const std::string& obstacle) {
+  const SampleCase folder(
+      "<packing><container><box origin=\"0.5 0.5 0.5\" size=\"30 20 20\"/><obstacles>" + obstacle +
+      "</obstacles><nodes>63 43 43</nodes></container><species name=\"RBC\" count=\"3\"/></packing>");
+  return unseenWallWarning(planned({(folder.path() / "config.xml").string()}).lumen).value_or("");
+}
+
+}  // namespace
+
+TEST_CASE("A plate between two planes of nodes is said not to be seen", "[unseen]") {
+  // Nodes are at multiples of 0.5 µm.
+  const std::string plate = saidOf("<box origin=\"-1 10.1 -1\" size=\"40 0.3 40\"/>");
+  CHECK_THAT(plate,
+             Contains("a wall is 0.3 µm thick at (") && Contains(", 10.25, ") && Contains("(dx 0.5 µm)"));
+  CHECK_THAT(saidOf("<box origin=\"8 10.1 -1\" size=\"9 0.3 40\"/>"), Contains("0.3 µm thick"));
+  CHECK(saidOf("<box origin=\"-1 9.9 -1\" size=\"40 0.3 40\"/>").empty());  // a plane of nodes is in it
+  CHECK(saidOf("<box origin=\"-1 9.5 -1\" size=\"40 2 40\"/>").empty());
+  CHECK(saidOf("<sphere radius=\"4\" center=\"12 10 10\"/>").empty());
+  CHECK(saidOf("<cylinder axis=\"z\" radius=\"0.15\" length=\"40\" center=\"12.25 10.25 10\"/>")
+            .empty());  // no plate
+}
+
+TEST_CASE("The run and the check say it", "[executable][unseen]") {
+  const SampleCase folder(
+      "<packing><container><box origin=\"0.5 0.5 0.5\" size=\"30 20 20\"/><obstacles>"
+      "<box origin=\"-1 10.1 -1\" size=\"40 0.3 40\"/></obstacles><nodes>63 43 43</nodes>"
+      "</container><species name=\"RBC\" count=\"3\"/></packing>");
+  std::filesystem::remove(folder.path() / "tube.stl");
+  CHECK_THAT(ok(folder, "config.xml").err, Contains("HemoCell does not see it"));
+  CHECK_THAT(ok(folder, "check config.xml").err, Contains("HemoCell does not see it"));
+}
