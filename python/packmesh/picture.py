@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, MARGIN = 600, 420, 0.03
 POINTS_PER_PIXEL = 1.4  # of a membrane that is seen from the front, in each direction
 AT_A_TIME = 400_000  # points
+SLENDER = 3  # triangles longer than this, in heights, get fewer points across than along
 PALETTE = ("#1f5fa8", "#2f855a", "#7b4397", "#d9730d", "#12848c", "#a0516b")
 KEY, FILL = np.array([-0.462, 0.693, 0.554], np.float32), np.array([0.843, -0.105, 0.527], np.float32)  # lights: right, up, to the eye
 
@@ -36,6 +37,21 @@ def directions(size: np.ndarray) -> np.ndarray:
     return np.array([right, np.cross(eye, right), eye])
 
 
+def even_weights(n: int) -> np.ndarray:
+    """Of the corners of a triangle, shape (n², 3): middles of the small triangles into which n cuts of each edge divide it."""
+    i, j = (grid.ravel() for grid in np.mgrid[:n, :n])
+    upright = np.stack([i, j], axis=1)[i + j < n] + 1 / 3
+    shares = np.concatenate([upright, np.stack([i, j], axis=1)[i + j < n - 1] + 2 / 3]) / n
+    return np.column_stack([1 - shares.sum(axis=1), shares])
+
+
+def weights_in_rows(n: int, rows: int) -> np.ndarray:
+    """The same, shape (n rows, 3), of a slender triangle: rows along its first edge, which is the longest."""
+    up, along = (grid.ravel() + 0.5 for grid in np.mgrid[:rows, :n])
+    up, along = up / rows, along / n
+    return np.column_stack([(1 - up) * (1 - along), (1 - up) * along, up])
+
+
 def points_on(vertices: np.ndarray, triangles: np.ndarray, spacing: float) -> Tuple[np.ndarray, np.ndarray]:
     """Points on a mesh about so far apart, and smooth unit normals there, shape (n, 3) each."""
     corners = vertices[triangles]
@@ -43,15 +59,18 @@ def points_on(vertices: np.ndarray, triangles: np.ndarray, spacing: float) -> Tu
     normals = np.zeros_like(vertices)
     for k in range(3):
         np.add.at(normals, triangles[:, k], faces)
-    cuts = np.maximum(1, np.ceil(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).max(axis=1) / spacing)).astype(int)
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    turn = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3  # the longest edge becomes the first
+    corners, triangles = np.take_along_axis(corners, turn[:, :, None], axis=1), np.take_along_axis(triangles, turn, axis=1)
+    height = np.linalg.norm(faces, axis=1) / np.maximum(lengths.max(axis=1), 1e-300)
+    cuts = np.maximum(1, np.ceil(np.column_stack([lengths.max(axis=1), height]) / spacing)).astype(int)
+    cuts[cuts[:, 0] <= SLENDER * cuts[:, 1], 1] = 0  # of these, all edges are cut equally
     points, slopes = [], []
-    for n in np.unique(cuts):
-        i, j = (grid.ravel() for grid in np.mgrid[:n, :n])
-        shares = np.stack([i, j], axis=1)[i + j < n] + 1 / 3  # middles of the small triangles that stand upright, and of the others
-        shares = np.concatenate([shares, np.stack([i, j], axis=1)[i + j < n - 1] + 2 / 3]) / n
-        weights = np.column_stack([1 - shares.sum(axis=1), shares])
-        points.append((weights @ corners[cuts == n]).reshape(-1, 3))
-        slopes.append((weights @ normals[triangles[cuts == n]]).reshape(-1, 3))
+    for n, rows in np.unique(cuts, axis=0):
+        weights = weights_in_rows(n, rows) if rows else even_weights(n)
+        here = (cuts == [n, rows]).all(axis=1)
+        points.append((weights @ corners[here]).reshape(-1, 3))
+        slopes.append((weights @ normals[triangles[here]]).reshape(-1, 3))
     slope = np.concatenate(slopes)
     slope /= np.maximum(np.linalg.norm(slope, axis=1)[:, None], 1e-12)
     return np.concatenate(points).astype(np.float32), slope.astype(np.float32)

@@ -11,7 +11,7 @@ import packmesh
 import pytest
 from conftest import SOURCE, write_off
 from forked_commands import output_of
-from packmesh import case_folder, vessel_lattice, vessel_plan, vessel_surface
+from packmesh import case_folder, picture, vessel_lattice, vessel_plan, vessel_surface
 from write_run import sphere
 
 TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
@@ -246,6 +246,17 @@ def test_the_picture_shows_the_ends(bifurcation):
     vessel = vessel_surface.vessel_of(str(bifurcation))
     shape = vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "outlet"], (1, 1))
     assert case_folder.picture_of(shape).startswith(b"\x89PNG")
+
+
+def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
+    """A capillary has triangles as long as itself: cut equally along and across, this one would have a million."""
+    corners = np.array([[0, 0, 0], [40, 1, 0], [100, 0, 0.0]])
+    for turn in range(3):
+        points, normals = picture.points_on(np.roll(corners, turn, axis=0), np.array([[0, 1, 2]]), 0.1)
+        assert 5000 < len(points) < 15000 and np.allclose(np.abs(normals), [0, 0, 1])
+        assert np.all((points[:, 1] > 0) & (points[:, 1] < np.minimum(points[:, 0] / 40, (100 - points[:, 0]) / 60)))
+        steps = np.diff(np.sort(points[points[:, 1] < 0.1, 0]))
+        assert steps.max() < 0.11
 
 
 @pytest.mark.parametrize("words, code, message", [
