@@ -202,7 +202,7 @@ void warnOfDropped(const Packing& packing) {
 
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
 void rescue(const Packing& packing) {
-  if (saveAsCheckpoint(*packing.problem, packing.output, {packing.packed, *packing.state}))
+  if (saveAsCheckpoint(packing))
     log::warning(fmt::format(
         "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
         checkpointFile(packing.output).string()));

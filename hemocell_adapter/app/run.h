@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The executable's commands: pack and check.
+/// @file The executable's commands: pack and check; and the lock that keeps two of them from one folder.
 #pragma once
 
 #include <filesystem>

@@ -162,7 +162,7 @@ class CellFiles {
 
   void addState() {
     shared_.makeFolder(output_.stateFile->parent_path());
-    shared_.take(*preparedResult(problem_, *output_.stateFile, {packing_.packed, *packing_.state}, written_));
+    shared_.take(*preparedResult(packing_, *output_.stateFile, written_));
   }
 
   /// This rank's lines, in any number of pieces.

@@ -28,7 +28,7 @@ std::unique_ptr<AtomicFiles> writtenWithoutCells(const std::filesystem::path& fi
 std::unique_ptr<AtomicFiles> writtenTables(const std::filesystem::path& file, const Packing& packing,
                                            const CellMeasures& measures);
 
-// The program writes the packing as tables (outputs.h) beside its outputs, has packmesh read them,
+// The program writes the packing as tables beside its outputs, has packmesh read them,
 // and removes them. Where packmesh cannot be used, it says so before packing, and keeps them: the packing
 // does not fail for that.
 
@@ -47,7 +47,7 @@ CellMeasures measuresOf(const Packing& packing);
 /// The report (report.h) as JSON, which is not written. All ranks call.
 std::string reportText(const Packing& packing);
 
-/// Writes what the Python package needs to show and to convert the packing (outputs.h). All ranks
+/// Writes what the Python package needs to show and to convert the packing. All ranks
 /// call.
 /// @throws AgreedFailure, OutputError on all ranks
 void saveTables(const Packing& packing, const std::filesystem::path& file);
@@ -64,8 +64,8 @@ void requireWritable(const std::filesystem::path& folder);
 /// Warns of .pos files that HemoCell would load together with the new ones.
 void warnOfStaleFiles(const Problem& problem, const OutputRequest& output);
 
-/// Writes the additional output that is requested: reports, and what the Python package makes
-/// (outputs.h); prints their names. All ranks call. @throws AgreedFailure
+/// Writes the additional output that is requested: reports, and what the Python package makes;
+/// prints their names. All ranks call. @throws AgreedFailure
 void writeViews(const Packing& packing);
 
 /// Whether all cells of a check were examined. Otherwise so many overlap that nothing else is written, which

@@ -219,24 +219,25 @@ void StateFiles::save(const PackingState& state) {
   forgetCheckpointAsked();
 }
 
-std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const fs::path& file,
-                                            const ResultState& result, const FilesOfState& together) {
+std::unique_ptr<AtomicFiles> preparedResult(const Packing& packing, const fs::path& file,
+                                            const FilesOfState& together) {
+  const Problem& problem = *packing.problem;
   const auto prepare = [&](const PackingState& state) {
-    return preparedState(file, packingProblemOf(problem, result.packed),
+    return preparedState(file, packingProblemOf(problem, packing.packed),
                          recordOf(*problem.request.asked, file), state, together);
   };
-  if (!problem.hasDeformed()) return prepare(result.state);
-  PackingState state = result.state;
-  state.columns = deformationColumns(problem, result.packed, state.cells);
+  if (!problem.hasDeformed()) return prepare(*packing.state);
+  PackingState state = *packing.state;
+  state.columns = deformationColumns(problem, packing.packed, state.cells);
   return prepare(state);
 }
 
 namespace {
 
-bool saveAlone(const Problem& problem, const fs::path& file, const ResultState& result) {
+bool saveAlone(const Packing& packing, const fs::path& file) {
   try {
-    const std::unique_ptr<AtomicFiles> files = preparedResult(problem, file, result, {});
-    writeTogether(problem.ranks, [&] { files->commit(); });
+    const std::unique_ptr<AtomicFiles> files = preparedResult(packing, file, {});
+    writeTogether(packing.problem->ranks, [&] { files->commit(); });
     return true;
   } catch (const OutputError& error) {
     log::warning(error.what());
@@ -246,12 +247,12 @@ bool saveAlone(const Problem& problem, const fs::path& file, const ResultState& 
 
 }  // namespace
 
-bool saveResult(const Problem& problem, const OutputRequest& output, const ResultState& result) {
-  return saveAlone(problem, *output.stateFile, result);
+bool saveResult(const Packing& packing) {
+  return saveAlone(packing, *packing.output.stateFile);
 }
 
-bool saveAsCheckpoint(const Problem& problem, const OutputRequest& output, const ResultState& result) {
-  return saveAlone(problem, checkpointFile(output), result);
+bool saveAsCheckpoint(const Packing& packing) {
+  return saveAlone(packing, checkpointFile(packing.output));
 }
 
 void makeStateFolder(const OutputRequest& output, const Communicator& ranks) {

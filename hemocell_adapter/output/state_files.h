@@ -9,7 +9,7 @@
 #include <memory>
 #include <optional>
 
-#include "hemocell_adapter/problem/problem.h"
+#include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/packing_problem.h"
@@ -65,21 +65,16 @@ class StateFiles {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// The state of a result and the parts that were packed. References both.
-struct ResultState {
-  const PackedParts& packed;
-  const PackingState& state;
-};
-
 /// The state file of a result, to be committed together with the cells (preparedState()). All ranks call.
+/// Pre: the packing has a state
 /// @throws OutputError on all ranks
-std::unique_ptr<AtomicFiles> preparedResult(const Problem& problem, const std::filesystem::path& file,
-                                            const ResultState& result, const FilesOfState& together);
+std::unique_ptr<AtomicFiles> preparedResult(const Packing& packing, const std::filesystem::path& file,
+                                            const FilesOfState& together);
 
 /// Writes the state of a result of which no cells are written, or in place of the last checkpoint. All ranks
-/// call. Pre: a state is requested. @return false, with a warning, if that fails
-bool saveResult(const Problem& problem, const OutputRequest& output, const ResultState& result);
-bool saveAsCheckpoint(const Problem& problem, const OutputRequest& output, const ResultState& result);
+/// call. Pre: it has one, and a state is requested. @return false, with a warning, if that fails
+bool saveResult(const Packing& packing);
+bool saveAsCheckpoint(const Packing& packing);
 
 /// Makes the folder of the state, if one is requested. All ranks call.
 void makeStateFolder(const OutputRequest& output, const Communicator& ranks);

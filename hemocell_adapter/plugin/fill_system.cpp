@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A bug of HemoCell 2.7 in the exchange of particles across periodic faces between ranks.
+/// @file The library of the plug-in: what packMesh/hemocell.h, compiled with HemoCell, has it do for a
+/// running system.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -88,12 +89,10 @@ void warnOfLostCells(const plugin::System& system, const Communicator& ranks) {
   const int axes = int(system.periodic[0]) + int(system.periodic[1]) + int(system.periodic[2]);
   log::warning(fmt::format(
       "HemoCell 2.7 can delete cells at periodic faces in the first iteration: with {} on {} ranks, ranks "
-      "exchange "
-      "particles across these faces more than once, and HemoCell then shifts them repeatedly. Run on one "
-      "rank, {}, or "
-      "correct HemoCell (Proposals to HemoCell, 9). To verify, call packmesh::verifyParticles(hemocell, "
-      "loaded) after "
-      "the first iterate()",
+      "exchange particles across these faces more than once, and HemoCell then shifts them repeatedly. Run "
+      "on "
+      "one rank, {}, or correct HemoCell (Proposals to HemoCell, 9). To verify, call "
+      "packmesh::verifyParticles(hemocell, loaded) after the first iterate()",
       axes == 1 ? "several atomic blocks per rank" : fmt::format("{} periodic axes", axes), ranks.size(),
       axes == 1 ? "with one atomic block per rank"
                 : "call setSystemPeriodicity(axis, false) for all axes but one"));
@@ -248,7 +247,7 @@ std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Communi
 }
 
 /// The species that options state, in HemoCell's order, before unknown names.
-hemocell::Json speciesOf(const System& system, const Request& options) {
+hemocell::Json speciesOf(const System& system, const PackingOptions& options) {
   hemocell::Json species = hemocell::Json::array();
   std::set<std::string> known;
   const auto add = [&](const std::string& name) {
@@ -268,7 +267,8 @@ hemocell::Json speciesOf(const System& system, const Request& options) {
 }
 
 /// What is asked for: the members that are set, over the options in `more`.
-hemocell::Request requestOf(const System& system, const Request& options, const hemocell::Case& simulation) {
+hemocell::Request requestOf(const System& system, const PackingOptions& options,
+                            const hemocell::Case& simulation) {
   hemocell::Json json = {{"config", simulation.file.string()}};
   if (options.hematocrit >= 0.0) json["hematocrit"] = options.hematocrit;
   if (options.seed >= 0) json["seed"] = options.seed;
@@ -455,10 +455,10 @@ Filling distributed(const hemocell::Filling& packed, const System& system, const
 
 }  // namespace
 
-Filling fill(const System& system, const Request& request) {
+Filling fill(const System& system, const PackingOptions& options) {
   return guarded(system, [&](const auto& simulation, const Communicator& ranks) {
     hemocell::Request asked;
-    hemocell::together(ranks, [&] { asked = requestOf(system, request, *simulation); });
+    hemocell::together(ranks, [&] { asked = requestOf(system, options, *simulation); });
     return distributed(hemocell::fill(simulation, asked, ranks), system, *simulation->running, ranks);
   });
 }

@@ -25,8 +25,13 @@ namespace {
 /// and at the faces of the nodes that HemoCell excludes, between which membranes can protrude.
 constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
 
-/// Number of points at which the distance to walls is sampled.
-constexpr int points = 12000;
+/// Number of points at which the distance to walls is sampled, exactly where it is less [µm]: far from walls
+/// it takes long, and is only compared.
+constexpr int points = 16000;
+constexpr double exactWithin = 2.5;
+
+/// Interpolated distances are less by this at most, in the middle of a lumen [µm].
+constexpr double interpolationError = 1.0;
 
 /// Where cells can be is larger than the volume of a vessel by the continuation of its ends; smaller
 /// differences are those of the sample.
@@ -79,7 +84,7 @@ void LumenSample::draw() {
   if (wall_->closedForm())
     drawFromBounds(container.bounds());
   else
-    drawFrom(AccessibleSpace(container, problem_.team));
+    drawFrom(AccessibleSpace(container, problem_.team, AccessibleSpace::Points::covered));
 }
 
 void LumenSample::drawFromBounds(const Box& bounds) {
@@ -92,16 +97,30 @@ void LumenSample::drawFromBounds(const Box& bounds) {
   }
 }
 
-void LumenSample::drawFrom(const AccessibleSpace& lumen) {
-  if (lumen.volume() > leastContinuation * volume_) volume_ = lumen.volume();
-  for (std::uint64_t i = 0; i < std::uint64_t(points) && lumen.volume() > 0.0; ++i) {
-    const Vec3 within = evenPoint({0.5, 0.5, 0.5, 0.5}, i + 1);
-    const Vec3 p =
-        lumen.pose(evenShare(0.5, i), {within[0], within[1], within[2], 0.0}, Quaternion::Identity())
-            .position;
-    inside_.push_back(p);
-    distances_.push_back(wall_->distance(p).distance);
+void LumenSample::drawFrom(const AccessibleSpace& cover) {
+  if (cover.volume() == 0.0) return;
+  const Container& container = *problem_.lumen.container;
+  const SampledDistance& sampled = wall_->coarselySampled(container.surroundings(0.0));
+  std::vector<Vec3> tried(points);
+  std::vector<double> distances(points);
+  problem_.team.forEachPart(points, [&](std::int64_t begin, std::int64_t end, int) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const Vec3 within = evenPoint({0.5, 0.5, 0.5, 0.5}, std::uint64_t(i) + 1);
+      tried[i] = cover
+                     .pose(evenShare(0.5, std::uint64_t(i)), {within[0], within[1], within[2], 0.0},
+                           Quaternion::Identity())
+                     .position;
+      distances[i] = sampled.sample(tried[i]).distance;
+      if (std::abs(distances[i]) < exactWithin) distances[i] = wall_->distance(tried[i]).distance;
+    }
+  });
+  for (int i = 0; i < points; ++i) {
+    if (distances[i] < 0.0) continue;
+    inside_.push_back(tried[i]);
+    distances_.push_back(distances[i]);
   }
+  const double found = double(inside_.size()) / points * cover.volume();
+  if (found > leastContinuation * volume_) volume_ = found;
 }
 
 const Room& LumenSample::room(int species) {
@@ -143,9 +162,10 @@ Room LumenSample::measured(int s) const {
     depths.emplace_back(depth, i);
     if (depth < 0.0) continue;
     if (reaches && !reaches(inside_[i])) {
-      const double width = 2.0 * distances_[i];
-      if (width >= std::max(leastWidth, room.narrow ? room.narrow->width : 0.0))
-        room.narrow = {inside_[i], width};
+      const double widest = room.narrow ? room.narrow->width : leastWidth;
+      if (2.0 * (distances_[i] + interpolationError) < widest) continue;
+      const double width = 2.0 * wall_->distance(inside_[i]).distance;
+      if (width >= widest) room.narrow = {inside_[i], width};
       continue;
     }
     ++bodies;

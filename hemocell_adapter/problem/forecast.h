@@ -42,13 +42,13 @@ class LumenSample {
   void draw();
   Room measured(int species) const;
   void drawFromBounds(const Box& bounds);
-  void drawFrom(const AccessibleSpace& lumen);
+  void drawFrom(const AccessibleSpace& cover);
 
   const Problem& problem_;
   const Wall* wall_ = nullptr;
   double volume_ = 0.0;  ///< where cells can be [µm³]; 0: not drawn yet
   std::vector<Vec3> inside_;
-  std::vector<double> distances_;  ///< of them to wall_ [µm]
+  std::vector<double> distances_;  ///< of them to wall_ [µm]; those far from it by interpolation
   std::map<int, Room> rooms_;
 };
 

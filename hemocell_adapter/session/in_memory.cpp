@@ -91,7 +91,7 @@ Packing packInMemory(const Request& asked, const Communicator& ranks, const Hook
   for (const std::string& line : headLines(*problem)) log::info(line);
   Packing packing = session.pack(problem, output);
   if (packing.state) {
-    if (saveResult(*packing.problem, packing.output, {packing.packed, *packing.state}))
+    if (saveResult(packing))
       onFirstRank(ranks, [&] { removeCheckpoint(request, packing.output, session.stateSavedOnce()); });
     packing.state.reset();
   }

@@ -97,7 +97,7 @@ Filling packAndWrite(const CompletedRequest& completed, const OutputRequest& out
     for (const auto& file : writeCellFiles(packing, output, saved))
       log::info(fmt::format("Wrote {}", file.string()));
   else if (saved)
-    saved = saveResult(*packing.problem, output, {packing.packed, *packing.state});
+    saved = saveResult(packing);
   if (saved)
     onFirstRank(ranks, [&] { removeCheckpoint(completed.request, output, session.stateSavedOnce()); });
   writeViews(packing);

@@ -347,7 +347,7 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   const Problem& problem = *ready.problem;
   if (packing.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
     if (packing.state && savesCheckpoints(problem.request, output))  // it has just ended
-      stateSaved_ = saveAsCheckpoint(problem, output, {packing.packed, *packing.state});
+      stateSaved_ = saveAsCheckpoint(packing);
     throwInterrupted(output);
   }
   if (!ready.whyFewer.empty()) {

@@ -457,6 +457,7 @@ bool Attempt::leaveOutFailing() {
   if (!placed_ && engine_ && engine_->hasBegun()) takeFromEngine();
   if (!placed_) return false;
   Timer watch(statistics_.certificateSeconds);
+  placed_->relaxation.dropLists();
   while (!control_.outOfTime()) {
     const Certificate found =
         ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Engines: what brings cells to full size without overlap, in place of placement and relaxation.
+/// @file Engines: what brings cells to full size without overlap, in place of placement and relaxation; and
+/// RunControl, which ends runs.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +18,7 @@
 
 namespace packmesh {
 
-// What all attempts of a run share: when it stops, at a time limit or on request, and where cells can
-// be.
-
+/// What all attempts of a run share: when it stops, at a time limit or on request, and where cells can be.
 /// Measures the time of one run from its construction on, and polls the caller.
 class RunControl {
  public:

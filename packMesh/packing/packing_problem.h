@@ -21,12 +21,13 @@
 
 namespace packmesh {
 
-/// The next stage of a run.
+/// The next stage of a run. Its numbers stand in states: new stages get new ones.
 enum class Stage : std::int32_t {
   relaxation = 0,   ///< continues relax()
   certificate = 1,  ///< certifies
   repair = 2,       ///< continues relaxDeepContacts(), after cells failed the certificate
   engine = 3,       ///< continues that of the engine; with one the only stage besides `certificate`
+  last = engine,
 };
 
 struct RunPosition {

@@ -243,7 +243,7 @@ bool ofTheRightSizes(const RunTables& t, std::size_t shapes) {
          (t.counts.empty() || t.counts.size() == shapes) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
-         t.position[0] <= static_cast<std::int64_t>(Stage::engine) && t.engine.size() == 6 &&
+         t.position[0] <= static_cast<std::int64_t>(Stage::last) && t.engine.size() == 6 &&
          t.engineNumbers.size() == 2;
 }
 

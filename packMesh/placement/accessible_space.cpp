@@ -28,8 +28,8 @@ constexpr double finestAtRim = 2.5;
 /// tell no more where a cell fits.
 constexpr double coarsest = 2.5;
 
-/// The same for points [µm].
-constexpr double finestOfPoints = 0.4;
+/// The same for points, and for those that are covered [µm].
+constexpr double finestOfPoints = 0.4, finestOfCover = 1.0;
 
 /// Cells of the grid by which components are found, at most.
 constexpr double mostGridCells = 1.5e6;
@@ -127,16 +127,18 @@ class CellFit {
   }
 
   /// Of points.
-  CellFit(const Container& container, bool exactly)
+  CellFit(const Container& container, AccessibleSpace::Points points)
       : radius(0.0),
         thin(0.0),
-        longestEdge(finestOfPoints),
+        longestEdge(points == AccessibleSpace::Points::exact ? finestOfPoints : finestOfCover),
         edgeAtRim(0.0),
         clearance_(0.0),
         bounds_(container.bounds()),
         period_(container.period()),
         exact_(*container.wall()),
-        wall_(exactly ? nullptr : &exact_.coarselySampled(container.surroundings(0.0))),
+        wall_(points == AccessibleSpace::Points::exact
+                  ? nullptr
+                  : &exact_.coarselySampled(container.surroundings(0.0))),
         points_(1, Vec3::Zero()),
         thinAxis_(Vec3::UnitY()),
         orientations_(1, Quaternion::Identity()) {}
@@ -255,12 +257,12 @@ AccessibleSpace::AccessibleSpace(const Physics& physics, int species, const Thre
   find(room, threads, mostParts);
 }
 
-AccessibleSpace::AccessibleSpace(const Container& container, const Threads& threads, bool exactly)
-    : fit_(std::make_unique<CellFit>(container, exactly)) {
-  find(container.bounds(), threads, mostPartsOfSpace);
+AccessibleSpace::AccessibleSpace(const Container& container, const Threads& threads, Points points)
+    : fit_(std::make_unique<CellFit>(container, points)) {
+  find(container.bounds(), threads, mostPartsOfSpace, points == Points::covered);
 }
 
-void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t mostParts) {
+void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t mostParts, bool covers) {
   if (room.empty()) return;
   const auto edge = [](const Part& part) { return 2.0 * double(part.half.maxCoeff()); };
   std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, next;
@@ -296,6 +298,7 @@ void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t 
     next.insert(next.end(), parts.begin() + std::ptrdiff_t(from), parts.end());
     parts.swap(next);
   }
+  if (covers) complete_ = false;
   if (complete_) {
     threads.forEachPart(
         std::int64_t(parts.size()),

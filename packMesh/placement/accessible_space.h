@@ -38,9 +38,12 @@ class AccessibleSpace {
   /// @param mostParts above which they are divided no further
   AccessibleSpace(const Physics& physics, int species, const Threads& threads,
                   std::size_t mostParts = mostPartsOfSpace);
+  enum class Points {
+    exact,    ///< by distances that are not interpolated, so that walls as thin as the smallest parts count
+    covered,  ///< in larger boxes, which contain all of them and reach beyond the wall: not complete()
+  };
   /// Where points of a lumen are. Pre: it has a wall, and outlives this
-  /// @param exactly by distances that are not interpolated, so that walls as thin as the smallest parts count
-  AccessibleSpace(const Container& container, const Threads& threads, bool exactly = false);
+  AccessibleSpace(const Container& container, const Threads& threads, Points points);
   ~AccessibleSpace();
 
   /// Successive parts are near each other.
@@ -48,8 +51,8 @@ class AccessibleSpace {
   /// The sizes that parts can have, as Part::half, descending: those of each level of a grid, which begins at
   /// the low corner of the bounds of the lumen, or of the region [µm].
   const std::vector<Eigen::Vector3f>& levels() const { return levels_; }
-  /// Whether cells fit in all parts; false: the lumen is so large that parts are too coarse to tell, and
-  /// cells may fit in some of them.
+  /// Whether cells fit in all parts; false: parts are too coarse to tell, as in very large lumens, and cells
+  /// may fit in some of them.
   bool complete() const { return complete_; }
   double volume() const { return ends_.empty() ? 0.0 : ends_.back(); }  ///< [µm³]
 
@@ -67,7 +70,8 @@ class AccessibleSpace {
   Pose pose(double at, const std::array<double, 4>& within, const Quaternion& wanted) const;
 
  private:
-  void find(const Box& room, const Threads& threads, std::size_t mostParts);
+  /// @param covers parts that are neither outside nor inside are kept as they are
+  void find(const Box& room, const Threads& threads, std::size_t mostParts, bool covers = false);
 
   std::unique_ptr<const CellFit> fit_;
   std::vector<Part> parts_;

@@ -152,7 +152,7 @@ std::vector<char> flood(const AccessibleSpace& space, const PartGrid& grid, cons
 LumenCut::LumenCut(const Container& lumen, const Vec3& point, const Vec3& direction, const Threads& threads)
     : lumen_(lumen.bounds()), period_(lumen.period()), point_(point), normal_(direction.normalized()) {
   if (!lumen.wall()) throw InputError("a lumen without walls cannot be cut");
-  const AccessibleSpace space(lumen, threads, true);
+  const AccessibleSpace space(lumen, threads, AccessibleSpace::Points::exact);
   if (!space.complete()) throw InputError("the lumen is too large to find what is beyond a cut");
   const std::vector<Part>& parts = space.parts();
   const PartGrid grid(space, lumen_.lo);

@@ -111,7 +111,7 @@ class Relaxation {
 
   std::int64_t sweeps() const { return state_.sweeps; }
   const SweepSums& lastSweep() const { return state_.last; }
-  /// Bounding radius of the cell of median volume [µm].
+  /// Half the thickness of the cell of median volume [µm].
   double halfThickness() const { return halfThickness_; }
 
  private:
@@ -176,7 +176,7 @@ class Relaxation {
   std::vector<double> radii_;  ///< per shape [µm]
   double halfThickness_;
   double largestRadius_;
-  double largestReach_;  ///< distance within which the certificate looks for neighbours of a cell [µm]
+  double largestReach_;  ///< largest distance of a point of a cell from its centre [µm]
   BlockGrid blocks_;
   SharedBodies shared_;
   std::vector<std::vector<int>> blocksOfColour_;  ///< on this rank

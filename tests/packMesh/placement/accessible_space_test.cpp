@@ -30,7 +30,7 @@ bool meetsWall(const Physics& physics, const Pose& pose) {
 
 TEST_CASE("Points are in all of a lumen", "[placement]") {
   for (const auto& container : {tube(3.0), test::twoChambers()}) {
-    const AccessibleSpace space(*container, {});
+    const AccessibleSpace space(*container, {}, AccessibleSpace::Points::exact);
     CHECK(space.volume() == Approx(container->volume()).epsilon(0.03));
     CHECK(space.apart().size() == 1);
     for (int i = 0; i < 200; ++i) {
@@ -38,6 +38,32 @@ TEST_CASE("Points are in all of a lumen", "[placement]") {
       const Vec3 p = space.pose(evenShare(0.0, i), {u[0], u[1], u[2], 0.0}, Quaternion::Identity()).position;
       CHECK(container->wall()->distance(p).distance > -0.7);
     }
+  }
+}
+
+TEST_CASE("Larger boxes cover a lumen", "[placement]") {
+  for (const auto& container : {tube(3.0), test::twoChambers()}) {
+    const AccessibleSpace cover(*container, {}, AccessibleSpace::Points::covered);
+    CHECK_FALSE(cover.complete());
+    CHECK(cover.parts().size() <
+          AccessibleSpace(*container, {}, AccessibleSpace::Points::exact).parts().size() / 2);
+    const Box bounds = container->bounds();
+    int inside = 0, tried = 0, found = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenPoint({0.1, 0.2, 0.3, 0.4}, i));
+      const Vec3 u = evenPoint({0.4, 0.3, 0.2, 0.1}, i);
+      const Vec3 drawn =
+          cover.pose(evenShare(0.0, i), {u[0], u[1], u[2], 0.0}, Quaternion::Identity()).position;
+      ++tried;
+      found += container->wall()->distance(drawn).distance > 0.0;
+      if (container->wall()->distance(p).distance < 0.0) continue;
+      ++inside;
+      CHECK(std::any_of(cover.parts().begin(), cover.parts().end(), [&](const AccessibleSpace::Part& part) {
+        return ((p - part.centre).cwiseAbs().array() <= 1.001 * part.half.cast<double>().array()).all();
+      }));
+    }
+    CHECK(inside > 500);
+    CHECK(double(found) / tried * cover.volume() == Approx(container->volume()).epsilon(0.02));
   }
 }
 

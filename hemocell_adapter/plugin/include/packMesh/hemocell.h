@@ -21,38 +21,7 @@
 
 namespace packmesh {
 
-/// What to pack. Everything that is not set is as `<packing>` in config.xml says, or the program's default.
-struct PackingOptions {
-  double hematocrit = -1.0;            ///< of the fluid nodes, by the volume of the meshes; negative: not set
-  std::map<std::string, long> counts;  ///< by name of the cell type
-  std::map<std::string, double> ratios;  ///< cells of a type per red cell
-  long seed = -1;
-  double clearance = -1.0;      ///< least gap between membranes [µm]
-  double wallClearance = -1.0;  ///< least gap to the wall [µm]
-  std::string method;           ///< "relaxation" or "cat"
-  std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
-  std::string posFolder;  ///< to write .pos files to, too
-  bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
-  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
-};
-
 namespace plugin {
-
-inline Request requestOf(const PackingOptions& options) {
-  Request request;
-  request.hematocrit = options.hematocrit;
-  request.counts = options.counts;
-  request.ratios = options.ratios;
-  request.seed = options.seed;
-  request.clearance = options.clearance;
-  request.wallClearance = options.wallClearance;
-  request.method = options.method;
-  request.stateFile = options.stateFile;
-  request.posFolder = options.posFolder;
-  request.periodic = options.periodic;
-  request.more = options.more;
-  return request;
-}
 
 /// Calls work(system) on the ranks that have cells, and stops on all ranks if it failed.
 template <class Work>
@@ -127,7 +96,7 @@ inline std::vector<Cell> cellsOf(hemo::HemoCell& hemocell) {
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
                                      const PackingOptions& options = PackingOptions()) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
-                            return plugin::fill(system, plugin::requestOf(options));
+                            return plugin::fill(system, options);
                           }));
 }
 

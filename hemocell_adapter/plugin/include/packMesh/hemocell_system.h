@@ -11,6 +11,22 @@
 #include <vector>
 
 namespace packmesh {
+
+/// What to pack. Everything that is not set is as `<packing>` in config.xml says, or the program's default.
+struct PackingOptions {
+  double hematocrit = -1.0;            ///< of the fluid nodes, by the volume of the meshes; negative: not set
+  std::map<std::string, long> counts;  ///< by name of the cell type
+  std::map<std::string, double> ratios;  ///< cells of a type per red cell
+  long seed = -1;
+  double clearance = -1.0;      ///< least gap between membranes [µm]
+  double wallClearance = -1.0;  ///< least gap to the wall [µm]
+  std::string method;           ///< "relaxation" or "cat"
+  std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
+  std::string posFolder;  ///< to write .pos files to, too
+  bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
+  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
+};
+
 namespace plugin {
 
 /// A cell type of HemoCell.
@@ -39,19 +55,6 @@ struct System {
   std::string config;        ///< config.xml, each tag in the line that it has in the file
   std::vector<CellType> types;
   std::vector<Block> blocks;
-};
-
-/// What to pack: PackingOptions without what is about the system. Everything that is not set is as
-/// `<packing>` says, or the program's default.
-struct Request {
-  double hematocrit = -1.0;  ///< negative: not set, here and below
-  std::map<std::string, long> counts;
-  std::map<std::string, double> ratios;
-  long seed = -1;
-  double clearance = -1.0, wallClearance = -1.0;  ///< [µm]
-  std::string method, stateFile, posFolder;       ///< empty: not set
-  bool periodic = true;
-  std::vector<std::string> more;  ///< options of the program packMesh
 };
 
 /// A cell in one of its images.
@@ -114,7 +117,7 @@ struct Watched {
 
 /// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws
 /// nothing.
-__attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
+__attribute__((visibility("default"))) Filling fill(const System& system, const PackingOptions& options);
 
 /// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
 /// @param leavesOut cells that HemoCell would delete are left out; otherwise they are an error
