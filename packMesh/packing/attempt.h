@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file One run through placement and relaxation, or an engine, and certificate: the main loop of pack().
-/// (Growth relaxes what it reaches in a loop of its own, cat/step_halving.cpp.)
+/// Engines have loops of their own.
 #pragma once
 
 #include <cstdint>
