@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
@@ -14,8 +15,11 @@
 namespace packmesh::plugin {
 namespace {
 
-/// Periods along each axis between two images of a cell. Pre: they are near each other
-std::array<std::int64_t, 3> periodsBetween(std::int64_t image, std::int64_t other, const Watch& watch) {
+/// Periods along each axis between two images of a cell. Pre: they are near each other. Empty if they are
+/// two cells: a pre-inlet sends the same cell again, under the number of another image, each time that it has
+/// gone round.
+std::optional<std::array<std::int64_t, 3>> periodsBetween(std::int64_t image, std::int64_t other,
+                                                          const Watch& watch) {
   std::array<std::int64_t, 3> periods{};
   std::int64_t rest = image - other;
   for (const int axis : {2, 1, 0}) {  // by decreasing steps
@@ -23,12 +27,13 @@ std::array<std::int64_t, 3> periodsBetween(std::int64_t image, std::int64_t othe
     periods[axis] = std::llround(double(rest) / double(watch.imageSteps[axis]));
     rest -= periods[axis] * watch.imageSteps[axis];
   }
+  if (rest != 0) return {};
   return periods;
 }
 
-/// Extends `cell` by a part of the same cell.
-void join(CellPart& cell, const CellPart& part, const Watch& watch) {
-  const std::array<std::int64_t, 3> periods = periodsBetween(part.image, cell.image, watch);
+/// Extends `cell` by a part of the same cell. @param periods between them
+void join(CellPart& cell, const CellPart& part, const std::array<std::int64_t, 3>& periods,
+          const Watch& watch) {
   cell.vertices += part.vertices;
   for (int a = 0; a < 3; ++a) {
     const double shift = double(periods[a] * watch.nodes[a]);
@@ -50,10 +55,13 @@ std::vector<CellPart> cellsOf(const std::vector<CellPart>& parts, const Watch& w
   });
   std::vector<CellPart> cells;
   for (const CellPart& part : all) {
-    if (cells.empty() || cells.back().id != part.id)
-      cells.push_back(part);
-    else
-      join(cells.back(), part, watch);
+    bool known = false;
+    for (auto cell = cells.rbegin(); !known && cell != cells.rend() && cell->id == part.id; ++cell)
+      if (const auto periods = periodsBetween(part.image, cell->image, watch)) {
+        join(*cell, part, *periods, watch);
+        known = true;
+      }
+    if (!known) cells.push_back(part);
   }
   return cells;
 }
