@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace packmesh::hemocell {
 namespace {
@@ -79,6 +80,11 @@ std::string unitHint(double extent, double factor, double least, double most) {
                           hint.empty() ? "the file is" : "it is", unit.name, unit.micrometres);
   }
   return hint;
+}
+
+bool isUnit(double factor, double error) {
+  return std::any_of(std::begin(units), std::end(units),
+                     [&](const Unit& unit) { return std::abs(factor / unit.micrometres - 1.0) <= error; });
 }
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,

@@ -24,6 +24,9 @@ std::optional<std::string> spacingWarning(double dx, const std::string& where);
 /// @param factor the given factor [µm per unit of the file]
 std::string unitHint(double extent, double factor, double least, double most);
 
+/// Whether `factor` [µm per unit of a file] is that of m, cm, mm, µm or nm, up to a relative error.
+bool isUnit(double factor, double error);
+
 /// Plausible range of extents of vessels and of blood cells [µm].
 inline constexpr double smallestVessel = 2.0, largestVessel = 2e4;
 inline constexpr double smallestCell = 0.5, largestCell = 50.0;

@@ -55,6 +55,7 @@ std::vector<std::string> lumenLines(const Problem& problem) {
   std::vector<std::string> lines;
   lines.push_back(
       fmt::format("Lumen: {}{}{}", lumen.container->describe(), lumen.note.empty() ? "" : "; ", lumen.note));
+  if (!lumen.scale.empty()) lines.push_back("Scale: " + lumen.scale);
   std::string volumes = fmt::format("Lumen volume: {:.6g} µm³", lumen.container->volume());
   if (lumen.lattice) {
     const auto n = lumen.lattice->nodes();

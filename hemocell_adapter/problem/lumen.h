@@ -49,10 +49,11 @@ struct Lumen {
   std::vector<OtherLattice> others;        ///< at which HemoCell is to keep the cells, too
   /// Without a lattice but in a box: where HemoCell would keep vertices, (lo, hi] [µm].
   std::optional<Box> keptBox;
-  bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
-  bool acceptedOnly = false;         ///< packing observes HemoCell's acceptance rules
-  bool solidWalls = true;            ///< false: its boundaries are faces through which blood flows
-  std::string note;                  ///< for readers: what container->describe() does not contain
+  bool periodic = false;      ///< cells may wrap around; HemoCell drops those that do
+  bool acceptedOnly = false;  ///< packing observes HemoCell's acceptance rules
+  bool solidWalls = true;     ///< false: its boundaries are faces through which blood flows
+  std::string note;           ///< for readers: what container->describe() does not contain
+  std::string scale;          ///< what becomes of the size of the geometry, unless it is that of its file
   std::vector<std::string> notices;  ///< assumptions the user should know of
   std::vector<std::string> repairs;  ///< of meshes
 

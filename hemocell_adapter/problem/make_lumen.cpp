@@ -327,6 +327,20 @@ void requireGeometry(const Domain& domain) {
   }
 }
 
+/// What `<refDirN>` makes of a geometry, whatever its unit. @param extent along `<refDir>`, in the unit of
+/// the file
+std::string scaleText(const Domain& domain, double extent) {
+  const double unit = domain.dx * domain.refDirN / extent;
+  if (isUnit(unit, 0.5 / domain.refDirN)) return {};  // a number of nodes is rounded
+  const double inMicrometres = std::max(1.0, std::round(extent / domain.dx));
+  return fmt::format(
+      "<refDirN> {} makes the {} extent of {}, {:.6g}, {:.6g} µm: {:.4g} times as large as in the file, if "
+      "that is in µm "
+      "(<refDirN> {:.0f} keeps its size)",
+      domain.refDirN, "xyz"[domain.refDir], domain.geometry->filename().string(), extent,
+      domain.dx * domain.refDirN, unit, inMicrometres);
+}
+
 void requireSimple(const VesselMesh& stl, const std::string& where) {
   if (!stl.crossing.empty())
     throw InputError(fmt::format("{}: {}; a pre-inlet needs one that does not", where, stl.crossing));
@@ -350,6 +364,7 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
                        repaired ? &stl.asRead : nullptr);
   });
   const double unit = domain.dx * domain.refDirN / extent;
+  lumen.scale = scaleText(domain, extent);
   if (std::string text = cappedText(*domain.geometry, stl.openings, unit); !text.empty())
     lumen.repairs.push_back(std::move(text));
   if (!lumen.repairs.empty()) {

@@ -44,3 +44,20 @@ TEST_CASE("The run and the check say it", "[executable][unseen]") {
   CHECK_THAT(ok(folder, "config.xml").err, Contains("HemoCell does not see it"));
   CHECK_THAT(ok(folder, "check config.xml").err, Contains("HemoCell does not see it"));
 }
+
+TEST_CASE("A case that changes the size of its vessel says so", "[executable]") {
+  const SampleCase folder("<packing><species name=\"RBC\" count=\"1\"/></packing>");
+  const auto scale = [&](double length, double radius) {
+    writeText(folder.path() / "tube.stl", tubeStl(length, radius, 48));
+    return planned({(folder.path() / "config.xml").string()}).lumen.scale;
+  };
+  CHECK(scale(65.0, 41.0) ==
+        "<refDirN> 30 makes the y extent of tube.stl, 82, 15 µm: 0.1829 times as large as in the file, if "
+        "that is in "
+        "µm (<refDirN> 164 keeps its size)");
+  CHECK(scale(24.0, 7.55).empty());  // 30.2 spacings
+  for (const double unit : {1e-3, 1e-4, 1e-6}) CHECK(scale(24 * unit, 7.5 * unit).empty());
+  scale(2.4, 0.75);
+  CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: <refDirN> 30"));
+  CHECK_THAT(ok(folder, "check config.xml").all(), Contains("10 times as large as in the file"));
+}
