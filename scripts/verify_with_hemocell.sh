@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Runs a built HemoCell case, counts the cells of the .pos files that it keeps, and compares them with packMesh check.
+# Runs a built HemoCell case, counts the cells of the .pos files that it keeps, and compares them with packMesh check; of a case
+# that packs its cells by the plug-in, as those of packmesh new-case do, with those that it has packed.
 #   scripts/verify_with_hemocell.sh PATH [config.xml]
 #   scripts/verify_with_hemocell.sh --plugin TREE [options]    tables of HemoCell's cases with the plug-in, with .pos files
 #   scripts/verify_with_hemocell.sh --files TREE [options]     that packMesh writes, or with those that the cases have:
 #   scripts/verify_with_hemocell.sh --shipped TREE [options]   see hemocell_table.py --help
 # PATH is the program of the case (examples/pipeflow/pipeflow) or its folder; without config.xml, the one of the working
-# directory or else of PATH. The case runs in a copy of its folder, for zero iterations; a case that prints its numbers only in
+# directory, or of PATH, or beside its build folder. The case runs in a copy of its folder, for zero iterations; a case that prints its numbers only in
 # the time loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
 # writes, or else read from its line "# of cells: 129 | # of RBC: 121, PLT: 8".
 #   PACKMESH_PROGRAM   packMesh to use (default: on PATH, or of this tree's build)
@@ -32,36 +33,46 @@ if [[ $# -lt 1 || $# -gt 2 || $1 == -h || $1 == --help ]]; then
 fi
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 program=$1
-[[ -d $program ]] && program=$program/$(basename "$(realpath "$program")")
+if [[ -d $program ]]; then
+  if [[ -x $program/build/case ]]; then program=$program/build/case
+  else program=$program/$(basename "$(realpath "$program")"); fi
+fi
 [[ -f $program && -x $program ]] || fail 2 "'$program' is not a program; build the case first (cmake --build . --target pipeflow)"
 program=$(realpath "$program")
 if [[ $# -eq 2 ]]; then config=$2
 elif [[ -f config.xml ]]; then config=config.xml
-else config=$(dirname "$program")/config.xml; fi
+else
+  config=$(dirname "$program")/config.xml
+  [[ -r $config ]] || config=$(dirname "$program")/../config.xml
+fi
 [[ -r $config ]] || fail 2 "there is no '$config'; name the config.xml of the case as the second argument"
 config=$(realpath "$config")
 folder=$(dirname "$config")
 
-packmesh=${PACKMESH_PROGRAM:-$(command -v packMesh || echo "$here/../build/bin/packMesh")}
-[[ -x $packmesh ]] || fail 2 "no packMesh on PATH, nor '$packmesh'; set PACKMESH_PROGRAM"
-compgen -G "$folder/*.pos" > /dev/null || fail 2 "there are no .pos files in $folder; run packMesh $(basename "$config") there"
 grep -q '<tmax>' "$config" || fail 2 "$config has no <tmax>, so the case cannot be run for zero iterations"
 
 ranks=1
 if grep -q '<preInlet' "$config"; then ranks=2; fi
 export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe-1}  # on one processor, too
 
-# Expected numbers: lines "HemoCell keeps 121 of 121 RBC".
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-status=0
-"$packmesh" check "$config" > "$work/check.txt" 2>&1 || status=$?
-if [[ $status -ne 0 && $status -ne 4 ]]; then
-  cat "$work/check.txt" >&2
-  fail 2 "packMesh check failed (exit code $status)"
-fi
-sed -nE 's/^\(packMesh\) HemoCell keeps ([0-9]+) of ([0-9]+) ([^ ;]+).*/\3 \2 \1/p' "$work/check.txt" > "$work/ours.txt"
-[[ -s $work/ours.txt ]] || fail 2 "packMesh check does not report what HemoCell keeps of this case: $(tail -n 1 "$work/check.txt")"
+
+# Expected numbers: lines "HemoCell keeps 121 of 121 RBC".
+check_files() {
+  local packmesh=${PACKMESH_PROGRAM:-$(command -v packMesh || echo "$here/../build/bin/packMesh")} status=0
+  [[ -x $packmesh ]] || fail 2 "no packMesh on PATH, nor '$packmesh'; set PACKMESH_PROGRAM"
+  compgen -G "$folder/*.pos" > /dev/null || fail 2 "there are no .pos files in $folder; run packMesh $(basename "$config") there"
+  "$packmesh" check "$config" > "$work/check.txt" 2>&1 || status=$?
+  if [[ $status -ne 0 && $status -ne 4 ]]; then
+    cat "$work/check.txt" >&2
+    fail 2 "packMesh check failed (exit code $status)"
+  fi
+  sed -nE 's/^\(packMesh\) HemoCell keeps ([0-9]+) of ([0-9]+) ([^ ;]+).*/\3 \2 \1/p' "$work/check.txt" > "$work/ours.txt"
+  [[ -s $work/ours.txt ]] || fail 2 "packMesh check does not report what HemoCell keeps of this case: $(tail -n 1 "$work/check.txt")"
+}
+plugin=0
+if grep -qs 'packmesh::loadParticles(' "$folder"/*.cpp; then plugin=1; else check_files; fi
 
 # The case, in a copy of its folder: $1 iterations.
 run_case() {
@@ -103,6 +114,11 @@ compare_read() {
 
 for iterations in 0 1; do
   run_case "$iterations"
+  if [[ $plugin -eq 1 ]]; then
+    sed -nE 's/^\(packMesh\) ([^ :]+): ([0-9]+) of [0-9]+ placed.*/\1 \2 \2/p' "$work/log.txt" > "$work/ours.txt"
+    [[ -s $work/ours.txt ]] || fail 2 "the plug-in does not say how many cells it has packed"
+    : > "$work/check.txt"
+  fi
   compare_read
   missing="" differs=0 assumed=()
   : > "$work/table.txt"

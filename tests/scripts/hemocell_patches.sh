@@ -26,9 +26,9 @@ git clone --quiet . ../applied
 make_patches() { "$source/scripts/packaging/hemocell/make_patches.py" "$scratch/hemocell" "$1"; }
 make_patches "$scratch/patches"
 test -z "$(git status --porcelain)"  # the clone is not changed
-grep -q '^Subject: \[PATCH 0/4\]' ../patches/0000-cover-letter.patch
+grep -q '^Subject: \[PATCH 0/4\]' ../patches/cover-letter.txt
 cd ../applied
-git am --quiet ../patches/000[1-4]-*.patch 2> /dev/null
+git am --quiet ../patches/*.patch 2> /dev/null
 test "$(git log --oneline | wc -l)" -eq 5
 grep -q 'packmesh::loadParticles(hemocell);' examples/pipeflow_packed/pipeflow_packed.cpp
 grep -q 'target_link_libraries(${EXEC_NAME} packMesh::hemocell)' examples/pipeflow_packed/CMakeLists.txt

@@ -55,6 +55,25 @@ chmod +x "$scratch/bin/mpirun"
   grep -qx "started on 2 ranks" "$scratch/ranks.txt"
 )
 TELLS=csv READS=5 expect 4 "RBC.pos contains 121 cells, HemoCell read 5" "$case"
+# A case of packmesh new-case: its program packs the cells, in build/.
+(
+  mkdir -p "$scratch/new/build"
+  cp config.xml ./*.stl RBC.xml PLT.xml "$scratch/new"
+  cd "$scratch/new"
+  echo 'int main() { packmesh::loadParticles(hemocell); }' > case.cpp
+  cat > build/case << STANDIN
+#!/usr/bin/env bash
+echo 90 > RBC.pos
+echo 7 > PLT.pos
+echo "(packMesh) RBC: 90 of 95 placed, volume fraction 0.3"
+echo "(packMesh) PLT: 7 of 7 placed, volume fraction 0.01"
+exec "$case" "\$@"
+STANDIN
+  chmod +x build/case
+  cd ..
+  TELLS=csv expect 0 "RBC: 90 cells, packMesh expects HemoCell to keep 90, HemoCell kept 90" new
+  DROPS=1 TELLS=loop expect 4 "HemoCell kept 89  <- differs" new/build/case
+)
 TELLS=nowhere expect 3 "do not report how many cells it kept of: RBC PLT" "$case"
 TELLS=crash expect 2 "HemoCell failed" "$case"
 # Cells that packMesh knows HemoCell deletes are no difference: those of a box, in the pipe.

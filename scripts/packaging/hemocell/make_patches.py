@@ -4,9 +4,9 @@
 
     scripts/packaging/hemocell/make_patches.py <clone of HemoCell> <folder for the patches>
 
-The clone is not changed. The patches are for `git am`: the program as tools/packMesh, the option BUILD_PACKMESH, the example
-pipeflow_packed, which is pipeflow with two lines changed, and a page of the user guide. The cover letter is
-docs/explanation/proposals.md.
+The clone is not changed. The patches are for `git am <folder>/*.patch`: the program as tools/packMesh, the option BUILD_PACKMESH, the example
+pipeflow_packed, which is pipeflow with two lines changed, and a page of the user guide. The cover letter,
+cover-letter.txt, is docs/explanation/proposals.md.
 """
 import re
 import shutil
@@ -70,21 +70,23 @@ is changed, and nothing is built without the option of the next patch.""")
 
 def add_option(series):
     series.change("CMakeLists.txt", ("# Include CMake functions, mostly", """# Optional tools
-option(BUILD_PACKMESH "Build tools/packMesh, which packs initial cells (needs CMake 3.25)" OFF)
+option(BUILD_PACKMESH "Build the plug-in of tools/packMesh, which packs initial cells (needs CMake 3.25)" OFF)
 
 # Include CMake functions, mostly"""))
     end = series.tree / "CMakeLists.txt"
     end.write_text(end.read_text(encoding="utf-8").rstrip() + """
 
-# compile the packing tool and its plug-in for cases
+# compile the packing plug-in for cases, and with PACKMESH_PLUGIN_ONLY=OFF its programs
 if(BUILD_PACKMESH)
+        set(PACKMESH_PLUGIN_ONLY ON CACHE BOOL "Of packMesh, build the plug-in for cases only")
         add_subdirectory(tools/packMesh)
 endif()
 """, encoding="utf-8")
     series.commit("""CMake: option BUILD_PACKMESH
 
-It is off by default: tools/packMesh needs a later CMake and C++17. HemoCell's
-own flags are not applied to it, its programs are written to the build folder.""")
+It is off by default: tools/packMesh needs a later CMake and C++17. It builds
+the plug-in for cases; with PACKMESH_PLUGIN_ONLY=OFF the programs, too, which are
+written to the build folder. HemoCell's own flags are not applied to them.""")
 
 
 def add_example(series):
@@ -166,7 +168,7 @@ def cover_letter(series, patches):
     title, body = (ROOT / "docs/explanation/proposals.md").read_text(encoding="utf-8").split("\n", 1)
     subjects = series.git("log", "--reverse", "--format=%s", f"{series.base}..HEAD").strip().split("\n")
     listed = "\n".join(f"  {i}. {subject}" for i, subject in enumerate(subjects, 1))
-    (patches / "0000-cover-letter.patch").write_text(
+    (patches / "cover-letter.txt").write_text(
         f"From {series.git('rev-parse', 'HEAD').strip()} Mon Sep 17 00:00:00 2001\nFrom: The packMesh developers <{cited('email')}>\n"
         f"Date: {series.git('log', '-1', '--format=%aD').strip()}\nSubject: [PATCH 0/{len(subjects)}] {title.lstrip('# ')}\n\n"
         f"{plain(body)}\n\nPatches:\n\n{listed}\n\n{series.git('diff', '--shortstat', series.base, 'HEAD').strip()}\n-- \n", encoding="utf-8")
