@@ -28,9 +28,10 @@ def test_howto(page, least, tmp_path, monkeypatch, pipe):
         exec(compile(block, page + ".md", "exec"), names)
 
 
-def test_notebook(tmp_path):
+@pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["case/RBC.pos", "cells.h5"]), ("vessel", 2, ["case/case.cpp"])])
+def test_notebook(name, pictures, written, tmp_path):
     nbformat, nbclient, traitlets = map(pytest.importorskip, ("nbformat", "nbclient", "traitlets.config"))
-    notebook = nbformat.read(SOURCE / "examples/packing.ipynb", as_version=4)
+    notebook = nbformat.read(SOURCE / f"examples/{name}.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "stored without outputs"
     # Sockets in a folder, not ports: another program may take a port between its choice and its use.
     with tempfile.TemporaryDirectory() as sockets:
@@ -40,5 +41,5 @@ def test_notebook(tmp_path):
                                 resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert not [output for output in outputs if output.output_type == "error"]
-    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
-    assert (tmp_path / "case/RBC.pos").exists() and (tmp_path / "cells.h5").exists()
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == pictures
+    assert all((tmp_path / file).exists() for file in written)
