@@ -58,6 +58,11 @@ int neededEnvelope(double length, double dx, double stretch) {
   return int(std::ceil(stretch * length / dx));
 }
 
+int neededEnvelopeAt(double wallShearStress, double length, double dx) {
+  const MeasuredStretch& shear = wallShearStress <= weakShear.wallShearStress ? weakShear : strongShear;
+  return neededEnvelope(length, dx, shear.allowance);
+}
+
 namespace {
 
 /// Into how many blocks a lattice can be divided that are not smaller than an envelope [nodes].

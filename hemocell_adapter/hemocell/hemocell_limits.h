@@ -34,6 +34,9 @@ constexpr MeasuredStretch weakShear = {2, 1.2, 25000, 1.5}, strongShear = {10, 2
 /// @param dx lattice spacing [µm]
 int neededEnvelope(double length, double dx, double stretch);
 
+/// The same at this stress [Pa], up to the strongest measured.
+int neededEnvelopeAt(double wallShearStress, double length, double dx);
+
 /// Whether the flow can stretch cells beyond `<particleEnvelope>`. What is recommended is at most the longest
 /// extent of the lattice: of the nodes around a block, HemoCell exchanges those of the lattice and of its
 /// next images, and files do not tell along which axes those are.

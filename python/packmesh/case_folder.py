@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
-from typing import Any, Dict, List, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Sequence, Set, Tuple
 
 import numpy as np
 
+from packmesh import files
+from packmesh.case_cells import CaseCell, code_of, write_cell
 from packmesh.picture import POINTS_PER_PIXEL, Canvas, directions, points_on
 from packmesh.vessel_lattice import PlacedEnd, PlacedVessel
 
@@ -17,48 +18,47 @@ _WALL, _BOX = (212, 208, 200), (60, 60, 60)
 COLOURS: Dict[str, Tuple[int, int, int]] = {"inlet": (47, 108, 191), "outlet": (190, 60, 50), "periodic": (60, 140, 80), "closed": (140, 140, 140)}
 
 
-def write_case(folder: str, vessel: PlacedVessel, drive: str, values: Mapping[str, Any]) -> None:
-    """Into a folder that exists. values: of the words of the templates that start with $"""
+def write_case(folder: str, vessel: PlacedVessel, cells: List[CaseCell], kinds: Set[str], values: Mapping[str, Any], seeds: Sequence[int]) -> None:
+    """Into a folder that exists. kinds: of the lines of the templates; values: of their words that start with $; seeds: of the realisations, one
+    or several"""
     with open(os.path.join(folder, "vessel.stl"), "wb") as file:
-        file.write(stl_of(vessel))
+        file.writelines(files.stl("made by packmesh new-case, unit um", vessel.vertices[vessel.triangles].tolist()))
     with open(os.path.join(folder, "vessel.png"), "wb") as file:
         file.write(picture_of(vessel))
-    words: Dict[str, Any] = {**values, "outlets": "\n".join(outlet_code(vessel, end) for end in vessel.ends if end.role == "outlet")}
+    words: Dict[str, Any] = {**values, **code_of(cells), "outlets": "\n".join(outlet_code(vessel, end) for end in vessel.ends if end.role == "outlet")}
     words.update(zip(("last_x", "last_y", "last_z"), (nodes - 1 for nodes in vessel.nodes)))
+    words.update(seed=seeds[0], realisations=len(seeds), pad=f"%0{len(str(len(seeds)))}d")
     for name in ("config.xml", "CMakeLists.txt", "job.sh"):
-        write_text(folder, name, drive, words)
-    write_text(folder, "case.cpp", drive, words, "case.cpp.in")  # which is not C++ yet
+        write_text(folder, name, kinds, words)
+    write_text(folder, "case.cpp", kinds, words, "case.cpp.in")  # which is not C++ yet
     os.chmod(os.path.join(folder, "job.sh"), 0o755)
-    from packmesh import _packmesh  # not where only the text of the command is wanted
-
-    shutil.copyfile(os.path.join(_TEMPLATES, "RBC.xml"), os.path.join(folder, "RBC.xml"))
-    template, _ = _packmesh.cell_template("PLT", None, vessel.dx)
-    write_text(folder, "PLT.xml", drive, {"inner_edges": "\n".join(f"    <Edge> {a} {b} </Edge>" for a, b in opposite_pairs(template))})
-
-
-def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:
-    """Numbers of vertices, shape (V, 3), of which one is the other's mirror image at their center."""
-    centered = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    other = np.linalg.norm(centered[:, None] + centered[None], axis=2).argmin(axis=1)
-    return [(a, int(b)) for a, b in enumerate(other) if a < b and other[b] == a]
+    for cell in cells:
+        write_cell(folder, cell, vessel.dx)
+    if len(seeds) > 1:
+        linked = [name for name in os.listdir(folder) if name.endswith((".xml", ".stl", ".cpp")) and name != "config.xml"]
+        for number, seed in enumerate(seeds, 1):
+            own = os.path.join(folder, "realisation_" + words["pad"] % number)
+            os.mkdir(own)
+            write_text(own, "config.xml", kinds, {**words, "seed": seed})
+            for name in linked:
+                os.symlink(os.path.join(os.pardir, name), os.path.join(own, name))
 
 
-def write_text(folder: str, name: str, drive: str, words: Mapping[str, Any], template: str = "") -> None:
+def write_text(folder: str, name: str, kinds: Set[str], words: Mapping[str, Any], template: str = "") -> None:
     """Of a template (of the same name), in which $word stands for a value; other words with $ are those of the shell and of CMake."""
     with open(os.path.join(_TEMPLATES, template or name), encoding="utf-8") as file:
-        text = re.sub(r"\$(\w+)", lambda found: str(words.get(found[1], found[0])), of_drive(file.read(), drive))
+        text = re.sub(r"\$(\w+)", lambda found: str(words.get(found[1], found[0])), of_kinds(file.read(), kinds))
     with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
         file.write(text)
 
 
-def of_drive(text: str, drive: str) -> str:
-    """Lines that end in //@periodic or //@inlet are for that drive only; the line of the outlets is left out where there can be none."""
+def of_kinds(text: str, kinds: Set[str]) -> str:
+    """Lines that end in marks (//@inlet, #@pos) are for cases of all these kinds only."""
     kept = []
     for line in text.splitlines():
-        code, mark, name = line.partition("//@")
-        if (mark and name.strip() != drive) or (line == "$outlets" and drive != "inlet"):
-            continue
-        kept.append(code.rstrip())
+        code, *marks = re.split(r"\s*(?://|#)@(?=\w+)", line)
+        if {mark.strip() for mark in marks} <= kinds:
+            kept.append(code)
     return "\n".join(kept) + "\n"
 
 
@@ -71,16 +71,6 @@ def outlet_code(vessel: PlacedVessel, end: PlacedEnd) -> str:
     low[axis] = high[axis] = last[axis] if side > 0 else 1
     box = ", ".join(f"{a}, {b}" for a, b in zip(low, high))
     return f"  openOutlet(hemocell, *fluid, Box3D({box}), '{end.face[0]}', {side});  // end {end.number}"
-
-
-def stl_of(vessel: PlacedVessel) -> bytes:
-    """Binary, in µm."""
-    corners = vessel.vertices[vessel.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    table = np.zeros(len(corners), np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")]))
-    table["normal"], table["corners"] = normals, corners
-    return b"made by packmesh new-case, unit um".ljust(80) + len(corners).to_bytes(4, "little") + table.tobytes()
 
 
 def picture_of(vessel: PlacedVessel) -> bytes:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import math
 import os
 import socket
 import stat
+import struct
 import sys
 import time
 from typing import Any, BinaryIO, Iterable, Iterator, List, TextIO, Tuple
@@ -147,6 +149,17 @@ def write(path: str, pieces: Iterable[bytes]) -> None:
     with Outputs() as outputs:
         outputs.write(path, pieces)
         outputs.commit()
+
+
+def stl(head: str, facets: Iterable[Any]) -> Iterator[bytes]:
+    """A binary STL in pieces. facets: three corners each"""
+    triangles = list(facets)
+    yield head.encode().ljust(80, b" ") + struct.pack("<I", len(triangles))
+    for a, b, c in triangles:
+        u, v = ([q[k] - a[k] for k in range(3)] for q in (b, c))
+        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        norm = math.hypot(*n) or 1.0  # a triangle without area has no normal
+        yield struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0)
 
 
 def require_regular(path: str) -> None:

@@ -11,7 +11,6 @@
 discocyte. A sphere is subdivided (`--triangles` at least) and mapped, so the mesh is a closed 2-manifold. Without numpy.
 """
 import math
-import struct
 
 from packmesh import command, files
 
@@ -75,16 +74,6 @@ def volume(vertices, triangles):
     return sum(determinant(*(vertices[i] for i in t)) for t in triangles) / 6
 
 
-def stl(head, facets, count):
-    """A binary STL, in pieces."""
-    yield head.encode().ljust(80, b" ") + struct.pack("<I", count)
-    for a, b, c in facets:
-        u, v = ([q[k] - a[k] for k in range(3)] for q in (b, c))
-        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
-        norm = math.hypot(*n) or 1.0  # a triangle without area has no normal
-        yield struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0)
-
-
 def main():
     kinds = {"sickle": (sickle, 12.0, 75.0), "discocyte": (discocyte, 7.82, 81.0), "spherocyte": (spherocyte, 5.4, None)}
     parser = command.Parser(__doc__)
@@ -117,7 +106,7 @@ def main():
     middle = [(min(v[k] for v in mapped) + max(v[k] for v in mapped)) / 2 for k in range(3)]
     mapped = [tuple(v[k] - middle[k] for k in range(3)) for v in mapped]
 
-    files.write(options.file, stl("cell made by make_cell.py", ([mapped[i] for i in t] for t in triangles), len(triangles)))
+    files.write(options.file, files.stl("cell made by make_cell.py", ([mapped[i] for i in t] for t in triangles)))
     extent = [max(v[k] for v in mapped) - min(v[k] for v in mapped) for k in range(3)]
     print(f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
           f"{volume(mapped, triangles):.3f} µm³")

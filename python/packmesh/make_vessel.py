@@ -13,7 +13,6 @@ any spacing. Needs no numpy; a vessel of 100,000 triangles takes about a minute.
 """
 import itertools
 import math
-import struct
 
 from packmesh import command, files
 
@@ -168,10 +167,6 @@ def main():
     if nodes > MOST_NODES:
         parser.error(f"with a --spacing of {spacing:g} µm the grid has {nodes} nodes; expected at most {MOST_NODES}")
     mesh = MarchingTetrahedra(distance, [e / n for e, n in zip(extent, counts)], counts, [0.0, lowest, -half_z])
-    def pieces():
-        yield struct.pack("<80sI", b"made by make_vessel.py: " + options.shape.encode(), len(mesh.triangles))
-        for triangle in mesh.triangles:
-            yield struct.pack("<12fH", 0, 0, 0, *(x for v in triangle for x in mesh.vertices[v]), 0)
-
-    files.write(options.file, pieces())
+    facets = ([mesh.vertices[v] for v in triangle] for triangle in mesh.triangles)
+    files.write(options.file, files.stl("made by make_vessel.py: " + options.shape, facets))
     print(f"{options.file}: {len(mesh.triangles)} triangles")

@@ -7,7 +7,7 @@ Any surface: open or closed by flat caps, in any unit, place and direction. Its 
   periodic   by a body force, between two ends that match (--mirror makes them match)
   inlet      from a pre-inlet, which feeds cells, at one end to outlets of the same pressure at all others
 The folder has the surface in µm, config.xml, the cells, case.cpp with CMakeLists.txt, a job for Slurm, a picture, and README.md, which
-states the commands. What was found and chosen is printed.
+states the commands. What was found and chosen is printed. The running case packs its cells; with --pos, packMesh writes .pos files before.
 """
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ import dataclasses
 import inspect
 import logging
 import os
+import re
 import shlex
 import shutil
 import tempfile
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
 from packmesh import case_folder, command, files
+from packmesh.case_cells import CaseCell, cells_of
 from packmesh.errors import InfeasibleError, InputError, OutputError
 from packmesh.vessel_lattice import PlacedVessel, placed
 from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
@@ -33,11 +35,12 @@ from packmesh.vessel_surface import UNITS, Vessel, holes_of, microns, vessel_of
 Path = Union[str, "os.PathLike[str]"]
 
 _NU, _RHO = 1.1e-6, 1025.0  # plasma in config.xml [m²/s], [kg/m³]
-_RED_CELL = 7.82  # longest extent at rest [µm]
-_MOST_STRESS = 10.0  # at the wall, at which red cells stay shorter than the envelope [Pa]
 _LEAST_ENVELOPE = 12.0  # below which HemoCell warns [µm]
 _DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
+_MATERIAL = 2e-6  # time between two computations of membranes' forces, as in HemoCell's examples; a quarter of it between those of velocities [s]
+_MOST_STEPS = 20  # between them
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
+_MOST_RANGES = 8  # of numbers of ranks that are printed
 DEFAULT_SHEAR_RATE = 1000.0  # [1/s]
 
 
@@ -94,6 +97,9 @@ def new_case(
     seed: int = 1,
     soft: bool = False,
     profile: Optional[str] = None,
+    cells: Optional[Mapping[str, Optional[float]]] = None,
+    pos: bool = False,
+    realisations: int = 1,
     unit: Optional[str] = None,
     diameter: Optional[float] = None,
     dx: float = 0.5,
@@ -113,6 +119,10 @@ def new_case(
     surface: STL, or any file that meshio or VTK reads
     folder: to be made; None: nothing is written
     hematocrit, platelets, seed, soft, profile: as in pack(), of the cells at the start or, with a pre-inlet, in it
+    cells: XML files of HemoCell's, by name: of cells that are added, with their number per red cell, {"WBC.xml": 0.001}; of red cells and platelets
+        in place of HemoCell's own, {"RBC.xml": None}
+    pos: cells are packed by packMesh beforehand, into .pos files; default: by the running case, which needs the plug-in
+    realisations: number of folders in the case, each with a seed of its own
     unit: "m", "cm", "mm" or "um", where it is not clear; diameter: instead, of the widest end [µm], to which the vessel is scaled
     dx: lattice spacing [µm]
     drive: "periodic" (default with two ends) or "inlet" (default otherwise)
@@ -127,33 +137,41 @@ def new_case(
     Raises InputError, InfeasibleError (not all cells fit), OutputError.
     """
     made_by = _command_of(dict(locals()))
+    _module()
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{os.fspath(folder)}: exists; expected the name of a folder to be made")
     vessel = vessel_of(os.fspath(surface))
     factor, unit_text = microns(vessel, unit, diameter)
+    if profile not in (None, "developed"):
+        raise InputError(f"profile: expected 'developed', found {profile!r}; a table belongs in <packing> of the case")
+    if soft and pos:
+        raise InputError("--soft: .pos files cannot have deformed cells; expected it without --pos")
+    if not 1 <= realisations <= 10_000:
+        raise InputError(f"realisations: expected a number from 1 to 10000, found {realisations}")
     drive, roles = _roles(vessel, drive, inlet, close, mirror)
     if not 0.05 <= dx <= 5:
         raise InputError(f"dx: expected a lattice spacing from 0.05 to 5 µm, found {dx:g}")
-    if profile not in (None, "developed"):
-        raise InputError(f"profile: expected 'developed', found {profile!r}; a table belongs in <packing> of the case")
+    kinds = cells_of({os.fspath(file): ratio for file, ratio in (cells or {}).items()}, platelets, dx)
     first = vessel.ends[roles.index("inlet" if drive == "inlet" else "periodic")].diameter * factor
     flow = _flow_of(first, velocity, shear_rate, reynolds)
     fastest = _FASTEST / (2 * _DT * dx * 1e-6)  # on the axis twice the mean [m/s]
     if flow.velocity > fastest:
         raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
-                         f"at a dx of {dx:g} µm")
+                         f"at a dx of {dx:g} µm: state a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
     # HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline.
-    straight = (_envelope_of(flow.stress, dx) + 4) * dx / first if drive == "inlet" else 0.0
+    straight = (_envelope_of(flow.stress, kinds, dx) + 4) * dx / first if drive == "inlet" else 0.0
     shape = placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
     if drive == "periodic":
         flow = _driven(flow, first, shape)
-    if flow.stress > _MOST_STRESS:
+    most = _module().largest_stress
+    if flow.stress > most:
         logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
-                                              "<particleEnvelope>; state a slower flow", flow.stress, _MOST_STRESS)
-    maker = _Maker(shape, drive, flow, time, ranks)
+                                              "<particleEnvelope>; state a slower flow", flow.stress, most)
+    series = list(range(seed, seed + realisations))
+    maker = _Maker(shape, drive, flow, kinds, time, ranks)
     work = tempfile.mkdtemp(prefix=".new-case-", dir=None if folder is None else os.path.dirname(os.path.abspath(folder)))
     try:
-        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, platelets, seed, soft, profile), made_by)
+        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, kinds, soft, profile), made_by, pos, series)
         case = maker.result(work, folder, unit_text, vessel)
         if folder is not None:
             os.chmod(work, 0o755)
@@ -171,8 +189,10 @@ def _command_of(arguments: Dict[str, Any]) -> str:
     for name, parameter in inspect.signature(new_case).parameters.items():
         value = arguments[name]
         if parameter.kind is parameter.KEYWORD_ONLY and value != parameter.default:
-            for one in value if name == "close" else [value]:
-                words += ["--" + name.replace("_", "-"), *([] if one is True else [str(one)])]
+            if name == "cells":
+                value = [os.fspath(file) + ("" if ratio is None else f"={ratio:g}") for file, ratio in value.items()]
+            for one in value if name in ("close", "cells") else [value]:
+                words += ["--" + ("cell" if name == "cells" else name.replace("_", "-")), *([] if one is True else [str(one)])]
     return " ".join(map(shlex.quote, words))
 
 
@@ -250,25 +270,35 @@ def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
                                stress=float(4 * _NU * _RHO * volume / (np.pi * radius**3)))
 
 
-def _envelope_of(stress: float, dx: float) -> int:
-    """`<particleEnvelope>` for red cells (its page "From packing to a running simulation" has the measurements). stress: at the wall [Pa]"""
-    return max(int(np.ceil((1.5 if stress <= 2 else 2.75) * _RED_CELL / dx)), int(_LEAST_ENVELOPE / dx) + 1)
+def _module() -> Any:
+    """Raises UnusableError"""
+    try:
+        from packmesh import _packmesh
+    except ImportError:
+        raise command.UnusableError("new-case needs the C++ module of the Python package, which is not built") from None
+    return _packmesh
 
 
-def _packing_text(hematocrit: float, platelets: float, seed: int, soft: bool, profile: Optional[str]) -> str:
-    lines = [f"<hematocrit> {hematocrit:g} </hematocrit>", '<species name="RBC"/>', f'<species name="PLT" ratio="{platelets:g}"/>']
-    lines += ["<soft> true </soft>"] * soft + [f"<profile> {profile} </profile>"] * (profile is not None) + [f"<seed> {seed} </seed>"]
+def _envelope_of(stress: float, cells: Sequence[CaseCell], dx: float) -> int:
+    """`<particleEnvelope>` for these cells (its page "From packing to a running simulation" has the measurements). stress: at the wall [Pa]"""
+    return max(_module().needed_envelope(stress, max(cell.length for cell in cells), dx), int(_LEAST_ENVELOPE / dx) + 1)
+
+
+def _packing_text(hematocrit: float, cells: Sequence[CaseCell], soft: bool, profile: Optional[str]) -> str:
+    lines = [f"<hematocrit> {hematocrit:g} </hematocrit>"]
+    lines += [f'<species name="{cell.name}"' + ("/>" if cell.ratio is None else f' ratio="{cell.ratio:g}"/>') for cell in cells]
+    lines += ["<soft> true </soft>"] * soft + [f"<profile> {profile} </profile>"] * (profile is not None)
     return "\n".join("  " + line for line in lines)
 
 
 class _Maker:
     """Writes a case, and says what it is."""
 
-    def __init__(self, shape: PlacedVessel, drive: str, flow: _Flow, time: float, ranks: Optional[int]) -> None:
-        self._shape, self._drive, self._flow, self._time = shape, drive, flow, time
+    def __init__(self, shape: PlacedVessel, drive: str, flow: _Flow, cells: List[CaseCell], time: float, ranks: Optional[int]) -> None:
+        self._shape, self._drive, self._flow, self._cells, self._time = shape, drive, flow, cells, time
         self._dt = _DT * (shape.dx * 1e-6) ** 2
         self._iterations = max(1, round(time * 1e-3 / self._dt))
-        self._envelope = _envelope_of(flow.stress, shape.dx)
+        self._envelope = _envelope_of(flow.stress, cells, shape.dx)
         self._ends = [end for end in shape.ends if end.face]
         self._inlet = next(end for end in self._ends if end.role in ("inlet", "periodic"))
         self._length = max(2 * self._envelope, int(np.ceil(self._inlet.diameter / shape.dx))) if drive == "inlet" else 0
@@ -277,36 +307,38 @@ class _Maker:
             self._possible = [one + 1 for one in self._possible]
         self._ranks = ranks or ([one for one in self._possible if one <= 2] or self._possible)[-1]
         self._words: Dict[str, Any] = {}
+        self._kinds: Set[str] = {drive}  # of lines of the files
 
-    def write(self, folder: str, surface: str, packing: str, command_text: str) -> None:
+    def write(self, folder: str, surface: str, packing: str, command_text: str, pos: bool, seeds: Sequence[int]) -> None:
         outputs = max(100, round(self._iterations / 100, -2))
         drive = (f"<drive>\n  <bodyForce> {self._flow.force:.6g} </bodyForce>  <!-- along x [N/m³]: plasma alone flows at "
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
                  f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
-        try:
-            from packmesh import _packmesh
-        except ImportError:
-            raise command.UnusableError("new-case needs the C++ module of the Python package, which is not built") from None
+        steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt)))
+        self._kinds |= {"pos" if pos else "plugin", "series" if len(seeds) > 1 else "single"}
         self._words = {
-            "title": f"Blood in {surface}", "version": _packmesh.version(), "command": command_text,
+            "title": f"Blood in {surface}", "version": _module().version(), "command": command_text,
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
             "envelope": self._envelope, "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
-            "name": "case", "ranks": self._ranks, "time": f"{self._time:g}"}
-        case_folder.write_case(folder, self._shape, self._drive, self._words)
+            "name": "case", "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
+            "material": steps, "particle": max(1, steps // 4)}
+        case_folder.write_case(folder, self._shape, self._cells, self._kinds, self._words, seeds)
 
     def result(self, work: str, folder: Optional[Path], unit: str, vessel: Vessel) -> NewCase:
         """Raises InfeasibleError"""
-        from packmesh import _packmesh
         from packmesh.case import forecast
 
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
-            forecasted = forecast(case=config)
+            try:
+                forecasted = forecast(case=config)
+            except InfeasibleError as failure:
+                raise self._infeasible(str(failure)) from None
         if forecasted.seconds is None:
-            raise InfeasibleError(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
-        narrowest = narrowest_width(_packmesh.lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
-        membranes = forecasted.counts.get("RBC", 0) * 642 + forecasted.counts.get("PLT", 0) * 66
+            raise self._infeasible(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
+        narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
+        membranes = sum(forecasted.counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
         if self._drive == "inlet":  # the vessel fills up
             inside = self._inlet.diameter**2 * np.pi / 4 * self._length * self._shape.dx
@@ -319,8 +351,12 @@ class _Maker:
                        ends, narrowest, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
                        self._possible, forecasted.counts, megabytes, hours, [])
         case.text.extend(self._lines(case, vessel, forecasted))
-        case_folder.write_text(work, "README.md", self._drive, {**self._words, "found": "\n".join(f"    {line}" for line in case.text)}, "README.txt")
+        case_folder.write_text(work, "README.md", self._kinds, {**self._words, "found": "\n".join(f"    {line}" for line in case.text)}, "README.txt")
         return case
+
+    def _infeasible(self, text: str) -> InfeasibleError:
+        softer = "" if "<soft>" in self._words["packing"] else ", or --soft, with which cells deform"
+        return InfeasibleError(f"{_without_arguments(text)}; state a lower --hematocrit{softer}")
 
     def _volume(self) -> float:
         corners = self._shape.vertices[self._shape.triangles]
@@ -338,7 +374,7 @@ class _Maker:
                          f"{_numbers(end.normal)}" + (f", {where}" if end.face else ""))
         lines += [note[0].upper() + note[1:] for note in shape.notes]
         lines.append(f"Lattice: {' x '.join(map(str, case.nodes))} nodes at dx {case.dx:g} µm, time step {case.dt:.3g} s")
-        lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / _RED_CELL:.1f} red cells wide")
+        lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / self._cells[0].length:.1f} red cells wide")
         lines.append(f"Flow: mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at the wall {flow.shear_rate:.4g} 1/s, Reynolds number "
                      f"{flow.velocity * self._inlet.diameter * 1e-6 / _NU:.3g}, for plasma alone at end {self._inlet.number}")
         if flow.force is not None:
@@ -360,7 +396,8 @@ class _Maker:
 def _told_of(work: str, folder: Optional[Path]) -> Iterator[None]:
     """Warnings name files where they will be; that of the envelope, which was chosen by the stress, is left out."""
     def named(record: logging.LogRecord) -> bool:
-        record.msg, record.args = record.getMessage().replace(work + os.sep, "" if folder is None else os.path.join(folder, "")), ()
+        text = record.getMessage().replace(work + os.sep, "" if folder is None else os.path.join(folder, ""))
+        record.msg, record.args = _without_arguments(text), ()
         return "<particleEnvelope>" not in record.msg
 
     log = logging.getLogger("packmesh")
@@ -371,15 +408,21 @@ def _told_of(work: str, folder: Optional[Path]) -> Iterator[None]:
         log.removeFilter(named)
 
 
+def _without_arguments(text: str) -> str:
+    """Of a message: without advice on arguments of pack() that new_case() does not have."""
+    return re.sub(r"(; |\. Reduce the number; )(max_time|best_effort|soft)\b[^;\n]*", "", text)
+
+
 def _ranges(numbers: Sequence[int]) -> str:
-    """1 to 4, 6, 8"""
+    """1 to 4, 6, 8; the first of many, and the largest."""
     parts: List[List[int]] = []
     for number in numbers:
         if parts and number == parts[-1][-1] + 1:
             parts[-1].append(number)
         else:
             parts.append([number])
-    return ", ".join(f"{part[0]} to {part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts)
+    text = [f"{part[0]} to {part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts]
+    return ", ".join(text[:_MOST_RANGES]) + (f" and others up to {numbers[-1]}" if len(text) > _MOST_RANGES else "")
 
 
 def parsed() -> argparse.Namespace:
@@ -405,8 +448,23 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--platelets", type=command.number(0, 1e3, "a ratio"), default=0.07, help="per red cell (0.07)")
     parser.add_argument("--seed", type=command.whole(0, 2**63, "a seed"), default=1, help="of the packing (1)")
     parser.add_argument("--soft", action="store_true", help="cells deform where undeformed ones do not fit")
+    parser.add_argument("--cell", action="append", default=[], dest="cells", metavar="file.xml[=ratio]",
+                        help="HemoCell's XML of a cell to add, WBC.xml=0.001 (per red cell), or in place of its own RBC.xml or PLT.xml")
+    parser.add_argument("--pos", action="store_true", help="packMesh writes the cells to .pos files before; default: the case packs them, by the plug-in")
+    parser.add_argument("--realisations", type=command.whole(1, 10_000, "a number"), default=1, help="folders with a seed each (1)")
     parser.add_argument("--profile", choices=["developed"], help="a cell-free layer with platelets in it")
-    return parser.parse_args()
+    words = parser.parse_args()
+    words.cells = None if not words.cells else dict(_cell(parser, text) for text in words.cells)
+    return words
+
+
+def _cell(parser: command.Parser, text: str) -> Tuple[str, Optional[float]]:
+    """RBC.xml, or WBC.xml=0.001"""
+    file, equals, ratio = text.partition("=")
+    try:
+        return file, command.number(1e-9, 1e3, "cells per red cell")(ratio) if equals else None
+    except argparse.ArgumentTypeError as failure:
+        parser.error(f"argument --cell: {failure}")
 
 
 def main() -> None:

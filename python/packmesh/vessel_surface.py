@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from typing import Any, List, Optional, Tuple
 
 import numpy as np
@@ -17,6 +16,7 @@ _SHARP = np.cos(np.radians(35))  # between a cap and the wall, also where the en
 _FLATNESS = 0.02  # largest distance of a cap's vertices from its plane, over its diameter
 _ROUND = 0.5  # least 4 π area / perimeter² of a cap: a rectangle of 1 : 3 has 0.59, a facet along a vessel less
 _SMALL = 0.01  # least diameter of a cap, over the diagonal of the surface
+_FRAGMENTS = 0.01  # parts with fewer than this share of all triangles are fragments
 _HOLE = 0.05  # an opening below this share of the largest end's diameter is a hole
 _HOLE_EDGES, _END_EDGES = 5, 12  # and so is one of so few edges where another has so many
 
@@ -54,14 +54,16 @@ class Vessel:
 def vessel_of(name: str) -> Vessel:
     """Raises InputError"""
     files.require_regular(name)
-    points, triangles = _stl(name) if name.lower().endswith(".stl") else _other(name)
-    if not np.isfinite(points).all():
-        raise InputError(f"{name}: a coordinate is not a finite number")
+    repairs: List[str] = []
+    points, triangles = _read(name, repairs)
+    if points.shape[1] < 3 or not np.isfinite(points).all():
+        raise InputError(f"{name}: expected points with three finite coordinates")
     vertices, triangles = _merged(points, triangles)
     if len(triangles) < 4:
         raise InputError(f"{name}: has {len(triangles)} triangles with an area; expected the surface of a vessel")
-    repairs: List[str] = []
     triangles = _oriented(name, triangles, repairs)
+    used, number = np.unique(triangles, return_inverse=True)
+    vertices, triangles = vertices[used], number.reshape(-1, 3)
     caps = _caps(vertices, triangles)
     wall = triangles[~caps]
     outlines = _outlines(name, wall)
@@ -87,29 +89,15 @@ def holes_of(vessel: Vessel) -> List[int]:
             if end.diameter < _HOLE * vessel.ends[0].diameter or (fine and len(end.outline) <= _HOLE_EDGES)]
 
 
-def _stl(name: str) -> Tuple[np.ndarray, np.ndarray]:
-    """Corners of its triangles, three for each."""
-    with open(name, "rb") as file:
-        data = file.read()
-    count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
-    if count > 0 and len(data) >= 84 + 50 * count:
-        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
-        points = np.frombuffer(data, record, count, 84)["corners"].astype(float).reshape(-1, 3)
+def _read(name: str, repairs: List[str]) -> Tuple[np.ndarray, np.ndarray]:
+    """Vertices, and triangles. Raises InputError"""
+    if name.lower().endswith(surface.ENDINGS):
+        points, triangles = surface.mesh_of(name)
     else:
-        found = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
-        try:
-            points = np.array(found, float)
-        except ValueError:
-            raise InputError(f"{name}: a coordinate is no number") from None
-        if not data.lstrip().startswith(b"solid") or len(points) == 0 or len(points) % 3:
-            raise InputError(f"{name}: is no complete STL file: {len(data)} bytes" + (f", expected {84 + 50 * count}" if count > 0 else ""))
-    return points, np.arange(len(points)).reshape(-1, 3)
+        from packmesh import _packmesh
 
-
-def _other(name: str) -> Tuple[np.ndarray, np.ndarray]:
-    points, triangles = surface.mesh_of(name)
-    if points.shape[1] < 3:
-        raise InputError(f"{name}: is flat")
+        points, triangles, notes = _packmesh.read_mesh(name)
+        repairs += notes
     return points, triangles.astype(int)
 
 
@@ -123,20 +111,11 @@ def _merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.n
     return points[first], triangles[(a != b) & (b != c) & (c != a)]
 
 
-def components(count: int, pairs: np.ndarray) -> np.ndarray:
+def _components(count: int, pairs: np.ndarray) -> np.ndarray:
     """Of a graph: the lowest number in the component of each node."""
-    label = np.arange(count)
-    while len(pairs):
-        low = label[pairs].min(axis=1)
-        new = label.copy()
-        for side in (0, 1):
-            np.minimum.at(new, label[pairs[:, side]], low)
-            np.minimum.at(new, pairs[:, side], low)
-        new = new[new]
-        if np.array_equal(new, label):
-            break
-        label = new
-    return label
+    from packmesh import _packmesh
+
+    return _packmesh.components(count, pairs)
 
 
 def _neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -156,8 +135,11 @@ def _neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray
 def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarray:
     """All on one side. Raises InputError"""
     pairs, against = _neighbors(name, triangles)
-    label = components(len(triangles), pairs)
+    label = _components(len(triangles), pairs)
     parts, sizes = np.unique(label, return_counts=True)
+    if len(parts) > 1 and len(triangles) - sizes.max() <= _FRAGMENTS * len(triangles):
+        repairs.append(f"{len(triangles) - sizes.max()} triangles that are not connected with the vessel were left out")
+        return _oriented(name, triangles[label == parts[sizes.argmax()]], repairs)
     if len(parts) > 1:
         raise InputError(f"{name}: has {len(parts)} separate parts of {', '.join(map(str, sorted(sizes.tolist(), reverse=True)[:5]))} triangles; "
                          "expected one vessel")
@@ -166,7 +148,7 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
         count = len(triangles)
         doubled = np.concatenate([np.column_stack([pairs[:, 0], pairs[:, 1] + count * against]),
                                   np.column_stack([pairs[:, 0] + count, pairs[:, 1] + count * ~against])])
-        turned = components(2 * count, doubled)[count:] == 0
+        turned = _components(2 * count, doubled)[count:] == 0
         if turned[0]:
             raise InputError(f"{name}: has one side only, as a Möbius strip")
         repairs.append(f"{int(turned.sum())} triangles faced the other way")
@@ -188,7 +170,7 @@ def _caps(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     pairs, _ = _neighbors("", triangles)
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])
     cosine[(area[pairs] == 0).any(axis=1)] = 1.0  # no normal
-    label = components(len(triangles), pairs[cosine > _FLAT_STEP])
+    label = _components(len(triangles), pairs[cosine > _FLAT_STEP])
     numbers, first, number = np.unique(label, return_index=True, return_inverse=True)
     corners = np.sort(triangles, axis=1)
     border = number[pairs[:, 0]] != number[pairs[:, 1]]

@@ -21,6 +21,8 @@
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/cat/state_frames.h"
 #include "hemocell_adapter/hemocell/case.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
+#include "hemocell_adapter/hemocell/hemocell_limits.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/output_files.h"
 #include "hemocell_adapter/output/outputs.h"
@@ -34,6 +36,8 @@
 #include "packMesh/core/poll.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/union_find.h"
 #include "packMesh/packing/state_file.h"
 #include "run_analysis.h"
 
@@ -44,6 +48,7 @@ using namespace packmesh::hemocell;
 namespace {
 
 namespace fs = std::filesystem;
+using PairsOfNodes = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
 /// @param mpi address of an MPI_Comm; 0: none
 Communicator ranksOf(std::uintptr_t mpi) {
@@ -267,6 +272,43 @@ py::dict caseOf(const fs::path& file) {
   return all;
 }
 
+/// A mesh file as arrays, and what is odd about it.
+py::tuple readMeshFile(const fs::path& file) {
+  std::vector<std::string> notes;
+  const TriangleMesh mesh = Caller().run([&] { return readMesh(file, &notes); });
+  return arraysOf(mesh) + py::make_tuple(notes);
+}
+
+/// Of a graph: the lowest number in the component of each node. @param pairs of nodes, shape (n, 2)
+py::array_t<std::int64_t> componentsOf(py::ssize_t count, const PairsOfNodes& pairs) {
+  UnionFind sets{std::size_t(count)};
+  const auto pair = pairs.unchecked<2>();
+  for (py::ssize_t i = 0; i < pair.shape(0); ++i) sets.join(int(pair(i, 0)), int(pair(i, 1)));
+  py::array_t<std::int64_t> first(count);
+  for (py::ssize_t i = 0; i < count; ++i) first.mutable_at(i) = sets.first(int(i));
+  return first;
+}
+
+/// What HemoCell's XML file of a cell has: lengths [m], constants. @param name of a cell with a default
+py::dict defaultCell(const std::string& name) {
+  const CellModel model = defaultModel(name).value();
+  const MembraneConstants membrane = defaultMembrane(name);
+  py::dict all;
+  all["radius"] = model.radius * 1e-6;
+  all["triangles"] = model.minNumTriangles;
+  all["aspectRatio"] = model.aspectRatio;
+  all["kLink"] = membrane.link;
+  all["kBend"] = membrane.bend;
+  all["kVolume"] = membrane.volume;
+  all["kArea"] = membrane.area;
+  return all;
+}
+
+std::optional<std::string> constructionOf(const std::string& name, bool hasStlFile) {
+  const std::optional<Construction> found = defaultConstruction(name, hasStlFile);
+  return found ? std::optional(toString(*found)) : std::nullopt;
+}
+
 py::list countsByName(const PythonPacking& packing) {
   py::list counts;
   for (const StateCells::Kind& kind : packing.held->kinds)
@@ -422,4 +464,10 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("read_pos", &readPosFile);
   module.def("write_pos", &writePos);
   module.def("case", &caseOf);
+  module.def("read_mesh", &readMeshFile);
+  module.def("components", &componentsOf);
+  module.def("default_cell", &defaultCell);
+  module.def("construction", &constructionOf);
+  module.def("needed_envelope", &neededEnvelopeAt);
+  module.attr("largest_stress") = strongShear.wallShearStress;
 }

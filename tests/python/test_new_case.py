@@ -66,6 +66,22 @@ def bifurcation(tmp_path_factory):
     return folder / "vessel.stl"
 
 
+RED = "<hemocell><MaterialModel><radius> 3e-6 </radius><minNumTriangles> 200 </minNumTriangles></MaterialModel></hemocell>"
+WHITE = RED.replace("3e-6", "4.5e-6").replace("200", "600")
+
+
+def compile_case(folder, scratch):
+    """case.cpp against the stand-in of HemoCell, as far as its types go."""
+    stand_in = SOURCE / "tests/hemocell_adapter/plugin/stand_in"
+    for header in re.findall(r"#include [<\"](.*\.hh?)[>\"]", (folder / "case.cpp").read_text()):
+        if header.startswith("packMesh/") or (stand_in / header).exists():
+            continue
+        (scratch / header).parent.mkdir(parents=True, exist_ok=True)
+        (scratch / header).write_text('#include "palabos3D.h"\n')
+    subprocess.run(["mpicxx", "-std=c++11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DOMPI_SKIP_MPICXX", "-DMPICH_SKIP_MPICXX", f"-I{scratch}",
+                    f"-I{stand_in}", f"-I{SOURCE}/hemocell_adapter/plugin/include", str(folder / "case.cpp")], check=True)
+
+
 def volume_of(vertices, triangles):
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
@@ -122,6 +138,15 @@ def test_ends_are_openings_or_flat_caps(caps, tmp_path):
     assert len(vessel.wall) == 2 * 32 * 24
 
 
+def test_fragments_are_left_out(tmp_path):
+    vertices, triangles = swept(straight(), 10.0)
+    corners, faces = box(1, 1, 1)
+    write_stl(tmp_path / "tube.stl", np.concatenate([vertices, corners + 30]), np.concatenate([triangles, faces + len(vertices)]))
+    vessel = vessel_surface.vessel_of(str(tmp_path / "tube.stl"))
+    assert vessel.repairs == ["12 triangles that are not connected with the vessel were left out"] and len(vessel.ends) == 2
+    assert np.abs(vessel.vertices[np.unique(vessel.wall)][:, 1:]).max() < 10.1
+
+
 def box(x, y, z):
     corners = np.array([[i, j, k] for i in (0, x) for j in (0, y) for k in (0, z)], float)
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -173,8 +198,7 @@ def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
 
 def whole(file):
     """Vertices and triangles, caps included."""
-    points, triangles = vessel_surface._stl(str(file))
-    return vessel_surface._merged(points, triangles)
+    return vessel_surface._merged(*vessel_surface._read(str(file), []))
 
 
 def test_outlets_across_other_axes(tmp_path):
@@ -235,6 +259,78 @@ def test_palabos_divides_the_lattice_so():
     assert vessel_plan.ranks_of((103, 53, 53), 25) == [1, 2, 3, 4, 6, 8, 12, 16]
 
 
+def test_cells_are_packed_by_the_case_or_before(bifurcation, tmp_path):
+    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
+    for name, surface, more in (("tube", tmp_path / "tube.stl", {"unit": "um"}), ("fork", bifurcation, {})):
+        for pos in (False, True):
+            folder = tmp_path / f"{name}_{pos}"
+            packmesh.new_case(surface, folder, hematocrit=0.1, pos=pos, **more)
+            compile_case(folder, tmp_path / "headers")
+            code, makes, readme, job = ((folder / file).read_text() for file in ("case.cpp", "CMakeLists.txt", "README.md", "job.sh"))
+            assert ("packmesh::loadParticles(hemocell)" in code) == ("find_package(packMesh" in makes) == (not pos)
+            assert ("  hemocell.loadParticles();" in code) == ("\npackMesh config.xml\n" in readme) == ("packMesh config.xml" in job) == pos
+            assert "$" not in code + readme and not re.search("[/#]@", code + makes + readme + job)
+            subprocess.run(["bash", "-n", str(folder / "job.sh")], check=True)
+    folder = tmp_path / "fork_True"
+    assert packmesh.pack(case=folder / "config.xml").complete
+
+
+def test_cells_of_the_user(tmp_path):
+    write_stl(tmp_path / "tube.stl", *swept(straight(80.0), 14.0))
+    (tmp_path / "WBC.xml").write_text(WHITE)
+    (tmp_path / "RBC.xml").write_text(RED)
+    cells, faces = sphere(2)
+    (tmp_path / "shapes").mkdir()
+    write_stl(tmp_path / "shapes/star.stl", cells * (3, 1, 2), faces)
+    (tmp_path / "Star.xml").write_text(WHITE.replace("<radius>", "<StlFile> shapes/star.stl </StlFile><kInnerLink> 1 </kInnerLink><radius>"))
+    text = output_of(["new-case", "tube.stl", "case", "--unit", "um", "--cell", "WBC.xml=0.05", "--cell", "RBC.xml", "--cell", "Star.xml=0.02",
+                      "--platelets", "0", "--hematocrit", "0.2"], tmp_path)
+    folder = tmp_path / "case"
+    assert re.search(r"Cells: \d{3} RBC, \d+ WBC, \d+ Star", text) and not (folder / "PLT.xml").exists()
+    assert (folder / "RBC.xml").read_text() == RED and "<StlFile> star.stl </StlFile>" in (folder / "Star.xml").read_text()
+    code = (folder / "case.cpp").read_text()
+    assert 'addCellType<WbcHighOrderModel>("WBC", WBC_SPHERE)' in code and 'addCellType<RbcMalariaModel>("Star", MESH_FROM_STL)' in code
+    assert "#include <rbcMalariaModel.h>\n#include <wbcHighOrderModel.h>\n" in code and "PLT" not in code
+    compile_case(folder, tmp_path / "headers")
+    # Envelope: 1.5 times the longest cell, a white one 9 µm wide and a little more (the templates are inflated).
+    assert tag(folder, "domain/particleEnvelope") == 28
+    forecast = packmesh.Case(folder / "config.xml").forecast()
+    assert forecast.counts["WBC"] == round(0.05 * forecast.counts["RBC"])
+    assert "--cell WBC.xml=0.05 --cell RBC.xml --cell Star.xml=0.02" in (folder / "README.md").read_text()
+
+
+def test_realisations_differ_in_their_seeds(tmp_path):
+    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
+    packmesh.new_case(tmp_path / "tube.stl", tmp_path / "case", unit="um", hematocrit=0.1, seed=7, realisations=3, pos=True)
+    folders = sorted((tmp_path / "case").glob("realisation_*"))
+    assert [tag(folder, "packing/seed") for folder in folders] == [7, 8, 9] and tag(tmp_path / "case", "packing/seed") == 7
+    assert (folders[0] / "RBC.xml").samefile(tmp_path / "case/RBC.xml")
+    packings = [packmesh.pack(case=folder / "config.xml") for folder in folders]
+    assert all(one.complete for one in packings) and len({one.positions.tobytes() for one in packings}) == 3
+    job = (tmp_path / "case/job.sh").read_text()
+    assert "#SBATCH --array=1-3" in job and "srun ../build/case config.xml" in job
+    entered = subprocess.run(["bash", "-c", re.search(r"^cd .*$", job, re.M)[0] + "; pwd"], cwd=tmp_path / "case", check=True, capture_output=True, text=True,
+                             env={**os.environ, "SLURM_ARRAY_TASK_ID": "3"})
+    assert entered.stdout.strip().endswith("/realisation_3")
+    assert "for folder in realisation_*; do (cd $folder && packMesh config.xml && mpirun" in (tmp_path / "case/README.md").read_text()
+
+
+def test_forces_are_computed_as_often_at_any_spacing(tmp_path):
+    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
+    for dx, material, particle in ((0.5, 20, 5), (1.0, 5, 1), (0.25, 20, 5)):
+        packmesh.new_case(tmp_path / "tube.stl", tmp_path / f"{dx}", unit="um", dx=dx, hematocrit=0.1)
+        assert (tag(tmp_path / f"{dx}", "ibm/stepMaterialEvery"), tag(tmp_path / f"{dx}", "ibm/stepParticleEvery")) == (material, particle)
+
+
+def test_own_cells_have_the_constants_of_the_library(tmp_path):
+    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
+    packmesh.new_case(tmp_path / "tube.stl", tmp_path / "case", unit="um", hematocrit=0.1)
+    for name, kbend, radius in (("RBC", 80, 3.91e-6), ("PLT", 250, 1.25e-6)):
+        model = xml.etree.ElementTree.parse(tmp_path / f"case/{name}.xml").getroot().find("MaterialModel")
+        assert float(model.findtext("kBend")) == kbend and float(model.findtext("radius")) == radius
+        assert packmesh._packmesh.default_cell(name)["kLink"] == float(model.findtext("kLink"))
+
+
 def test_without_the_module_it_says_what_is_missing(tmp_path):
     write_off(tmp_path / "tube.off", *swept(straight(), 10.0))
     done = subprocess.run([sys.executable, "-m", "packmesh", "new-case", "tube.off", "--unit", "um"], cwd=tmp_path, capture_output=True, text=True,
@@ -268,15 +364,24 @@ def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
     ("ball.stl", 2, "has 0 ends"),
     ("holed.stl --unit um", 2, "holes that are too small for ends: 3; --close 3 closes them"),
     ("cube.stl", 2, "has 0 ends"),
-    ("flat.stl", 2, "has 0 triangles with an area"),
+    ("flat.stl", 2, "flat.stl: has 0 triangles with an area"),
     ("two.stl", 2, "has 2 separate parts"),
-    ("cut.stl", 2, "is no complete STL file"),
+    ("cut.stl", 2, "cut.stl: expected a binary STL file of 67084 bytes"),
     ("uturn.stl --unit um --mirror", 2, "both ends face the same way"),
     ("uturn.stl --unit um --drive inlet", 2, "end 2 faces backwards"),
     ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"),
     ("tube.stl taken --unit um", 5, "taken: exists"),
-    ("tube.stl --unit um --hematocrit 0.9", 3, "no packing of such cells"),
-    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250"),
+    ("tube.stl --unit um --hematocrit 0.9", 3, "beyond 0.7707 is known; state a lower --hematocrit, or --soft, with which cells deform"),
+    ("tube.stl --unit um --soft --pos", 2, ".pos files cannot have deformed cells"),
+    ("tube.stl --unit um --cell tube.stl=0.1", 2, "tube.stl: expected the name of a cell with the ending .xml"),
+    ("tube.stl --unit um --cell WBC.xml=0.1", 2, "WBC.xml: there is no such file"),
+    ("tube.stl --unit um --cell RBC.xml=0.1", 2, "the number of these red cells follows from the hematocrit"),
+    ("tube.stl --unit um --cell Ball.xml=0.1", 2, "Ball.xml: HemoCell builds a cell by its name"),
+    ("tube.stl --unit um --cell RBC_other.xml", 2, "expected cells per red cell: RBC_other.xml=0.01"),
+    ("tube.stl --unit um --cell RBC_other.xml=many", 1, "argument --cell: expected cells per red cell from"),
+    ("tube.stl --unit um --realisations 0", 1, "argument --realisations: expected a number from 1"),
+    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250 mm/s at a dx of 0.5 µm: state a slower flow"),
+    ("tube.stl --unit mm --velocity 300", 2, "or scale the vessel, whose end is 199"),
     ("tube.stl --unit um --profile table.csv", 1, "invalid choice"),
     ("none.stl", 2, "none.stl: there is no such file")])
 def test_what_is_refused(words, code, message, bifurcation, tmp_path):
@@ -294,6 +399,8 @@ def test_what_is_refused(words, code, message, bifurcation, tmp_path):
     write_stl(tmp_path / "flat.stl", np.zeros((3, 3)), np.array([[0, 1, 2]] * 5))
     (tmp_path / "bifurcation.stl").symlink_to(bifurcation)
     (tmp_path / "taken").mkdir()
+    for name in ("RBC", "RBC_other", "Ball"):
+        (tmp_path / f"{name}.xml").write_text(RED)
     before = sorted(path.name for path in tmp_path.iterdir())
     assert message in output_of(["new-case", *words.split()], tmp_path, code)
     assert sorted(path.name for path in tmp_path.iterdir()) == before

@@ -6,13 +6,16 @@
 #SBATCH --signal=USR1@300        # to the ranks, five minutes before the limit: the case saves a checkpoint
 #SBATCH --requeue
 #SBATCH --open-mode=append
+#SBATCH --array=1-$realisations           # realisations, at the same time  #@series
 set -u
+cd "realisation_$(printf $pad "$SLURM_ARRAY_TASK_ID")" || exit 1  #@series
 
 checkpoint=output/checkpoint/checkpoint.xml
 if [[ -f $checkpoint ]]; then
-  srun build/case $checkpoint
+  srun $program $checkpoint
 else
-  srun build/case config.xml
+  packMesh config.xml || exit  #@pos
+  srun $program config.xml
 fi
 status=$?
 stopped=3  # exit code of the case after a signal

@@ -39,6 +39,8 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
   CHECK(neededEnvelope(longest, 0.5, 1.0) == 16);
   const int weak = neededEnvelope(longest, 0.5, weakShear.allowance);
   const int strong = neededEnvelope(longest, 0.5, strongShear.allowance);
+  CHECK(neededEnvelopeAt(weakShear.wallShearStress, longest, 0.5) == weak);
+  CHECK(neededEnvelopeAt(weakShear.wallShearStress + 0.1, longest, 0.5) == strong);
   const auto tag = [](int nodes) { return fmt::format("<particleEnvelope> {} </particleEnvelope>", nodes); };
   Domain domain;
   domain.dx = 0.5;

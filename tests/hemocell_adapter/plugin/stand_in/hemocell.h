@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file A stand-in of the part of HemoCell that the plug-in uses, written from docs/reference/plugin.md,
-/// which lists these interfaces. Blocks of a lattice are distributed over the ranks; particles have
+/// which lists these interfaces. What builds the lattice of a case is declared only (palabos3D.h): cases are
+/// compiled with it, not run. Blocks of a lattice are distributed over the ranks; particles have
 /// envelopes, cross periodic faces under new numbers, and are deleted with their cell if it is incomplete, as
 /// there. No flow, no mechanics.
 #pragma once
@@ -29,6 +30,9 @@ struct Dot3D {
 };
 
 struct Box3D {
+  Box3D() : x0(0), x1(0), y0(0), y1(0), z0(0), z1(0) {}
+  Box3D(plint x0_, plint x1_, plint y0_, plint y1_, plint z0_, plint z1_)
+      : x0(x0_), x1(x1_), y0(y0_), y1(y1_), z0(z0_), z1(z1_) {}
   plint x0, x1, y0, y1, z0, z1;
 };
 
@@ -52,6 +56,7 @@ class MultiBlockManagement3D {
 
 class Periodicity {
  public:
+  void toggleAll(bool periodic);
   bool get(plint direction) const { return axes[direction]; }
   bool axes[3];
 };
@@ -81,6 +86,9 @@ class BlockLattice {
 
 class MultiBlockLattice {
  public:
+  Periodicity& periodicity();
+  void toggleInternalStatistics(bool on);
+  void initialize();
   Box3D getBoundingBox() const { return box; }
   MultiBlockManagement3D const& getMultiBlockManagement() const { return management; }
   LocalInfo const& getLocalInfo() const { return local; }
@@ -98,9 +106,18 @@ class Mesh {
   std::vector<std::array<double, 3>> vertices;
 };
 
+template <class Number, int size>
+struct Array;
+template <class Number>
+class MultiScalarField3D;
+
 }  // namespace plb
 
+enum Direction : int { Xpos, Xneg, Ypos, Yneg, Zpos, Zneg };
+
 namespace hemo {
+
+typedef double T;
 
 template <class Number, int size>
 struct Array {
@@ -111,7 +128,8 @@ struct Array {
 
 namespace param {
 static double dx = 5e-7;
-}
+extern double dt, rho_p;
+}  // namespace param
 
 struct ConfigValues {
   std::string checkpointDirectory = "./checkpoint/";
@@ -121,6 +139,9 @@ static ConfigValues global;
 class XMLElement {
  public:
   explicit XMLElement(tinyxml2::XMLElement* element) : original(element) {}
+  XMLElement operator[](std::string name) const;
+  template <class Value>
+  Value read();
   tinyxml2::XMLElement* getOrig() { return original; }
 
  private:
@@ -146,8 +167,18 @@ class Config {
   tinyxml2::XMLDocument document;
 };
 
+class HemoCell;
+
 class PreInlet {
  public:
+  PreInlet() {}
+  PreInlet(HemoCell* hemocell, plb::MultiScalarField3D<int>* flags);
+  void autoPreinletFromBoundary(Direction direction);
+  void initializePreInlet();
+  void createBoundary();
+  void calculateDrivingForce();
+  void setDrivingForce();
+  void applyPreInlet();
   bool initialized = false;
 };
 
@@ -225,8 +256,6 @@ class HemoCellField {
   plb::Mesh mesh;
 };
 
-class HemoCell;
-
 class HemoCellFields {
  public:
   explicit HemoCellFields(HemoCell& owner) : hemocell(owner) {}
@@ -250,6 +279,21 @@ class HemoCellFields {
 
 class HemoCell {
  public:
+  HemoCell() {}
+  HemoCell(char* configFileName, int argc, char* argv[]);
+  void initializeLattice(plb::MultiBlockManagement3D const& management);
+  void latticeEquilibrium(T rho, plb::Array<T, 3> velocity);
+  void initializeCellfield();
+  template <class Mechanics>
+  void addCellType(std::string name, int constructType);
+  void setMaterialTimeScaleSeparation(std::string name, unsigned int separation);
+  void setParticleVelocityUpdateTimeScaleSeparation(unsigned int separation);
+  void setOutputs(std::string name, std::vector<int> outputs);
+  void setFluidOutputs(std::vector<int> outputs);
+  void setSystemPeriodicity(unsigned int axis, bool bePeriodic);
+  void checkExitSignals();
+  void loadParticles();
+  void writeOutput();
   /// Deletes vertices on wall nodes, as HemoCell does where it moves them.
   void iterate();
   void saveCheckPoint();

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""The kinds of cells of a new HemoCell case: HemoCell's own red cells and platelets, and those of the user's XML files."""
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+import shutil
+import xml.etree.ElementTree
+from typing import Any, Dict, List, Mapping, Optional, Tuple
+
+import numpy as np
+
+from packmesh import files
+from packmesh.errors import InputError
+
+_TEMPLATES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "new_case_files")
+#: Classes of HemoCell's mechanics by construction; cells of an STL have that of red cells, with inner links that of malaria.
+_MODELS = {"RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "PltSimpleModel", "WBC_SPHERE": "WbcHighOrderModel",
+           "MESH_FROM_STL": "RbcHighOrderModel"}
+
+
+@dataclasses.dataclass(frozen=True)
+class CaseCell:
+    """name: in HemoCell, that of its file; ratio: cells per red cell, None: as many as the hematocrit needs; construction, model: in C++; vertices: of a
+    membrane; length: its longest extent at rest [µm]; file: of the user, "": HemoCell's own constants; mesh: its `<StlFile>`"""
+
+    name: str
+    ratio: Optional[float]
+    construction: str
+    model: str
+    vertices: int
+    length: float
+    file: str = ""
+    mesh: str = ""
+
+
+def cells_of(stated: Mapping[str, Optional[float]], platelets: float, dx: float) -> List[CaseCell]:
+    """Red cells and platelets first. stated: XML files, and cells per red cell; platelets: per red cell. Raises InputError"""
+    ratios: Dict[str, Tuple[str, Optional[float]]] = {"RBC": ("", None)}
+    if platelets > 0:
+        ratios["PLT"] = ("", platelets)
+    seen: Dict[str, str] = {}
+    for file, ratio in stated.items():
+        name, ending = os.path.splitext(os.path.basename(file))
+        if ending != ".xml" or not re.fullmatch(r"\w+", name):
+            raise InputError(f"{file}: expected the name of a cell with the ending .xml, of letters, digits and _")
+        if name in seen:
+            raise InputError(f"{file}: {seen[name]} has the same name")
+        seen[name] = file
+        files.require_regular(file)
+        if name == "RBC" and ratio is not None:
+            raise InputError(f"{file}: the number of these red cells follows from the hematocrit; expected no ratio")
+        if ratio is None:
+            ratio = ratios.get(name, ("", None))[1]
+        if ratio is None and name != "RBC":
+            raise InputError(f"{file}: expected cells per red cell: {file}=0.01")
+        ratios[name] = (file, ratio)
+    return [_cell(name, file, ratio, dx) for name, (file, ratio) in ratios.items()]
+
+
+def _cell(name: str, file: str, ratio: Optional[float], dx: float) -> CaseCell:
+    from packmesh import _packmesh
+
+    tags = {} if not file else {tag: _text(file, tag) for tag in ("StlFile", "kInnerLink")}
+    construction = _packmesh.construction(name, bool(tags.get("StlFile")))
+    if construction is None:
+        raise InputError(f"{file}: HemoCell builds a cell by its name, which begins with RBC, PLT or WBC, or by its <StlFile>; found neither")
+    mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), str(tags["StlFile"]))
+    vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
+    model = "RbcMalariaModel" if construction == "MESH_FROM_STL" and tags.get("kInnerLink") else _MODELS[construction]
+    return CaseCell(name, ratio, construction, model, len(vertices), _longest(vertices), file, mesh)
+
+
+def _text(file: str, tag: str) -> Optional[str]:
+    """Of an element of `<MaterialModel>`. Raises InputError"""
+    try:
+        return (xml.etree.ElementTree.parse(file).getroot().findtext(f"MaterialModel/{tag}") or "").strip() or None
+    except xml.etree.ElementTree.ParseError as failure:
+        raise InputError(f"{file}: is no XML: {failure}") from None
+
+
+def _longest(vertices: np.ndarray) -> float:
+    """Distance of two vertices."""
+    return float(max(np.linalg.norm(vertices - vertex, axis=1).max() for vertex in vertices))
+
+
+def write_cell(folder: str, cell: CaseCell, dx: float) -> None:
+    """Its XML, and the STL that it names, which HemoCell reads in the folder of the case."""
+    place = os.path.join(folder, cell.name + ".xml")
+    if not cell.file:
+        with open(place, "w", encoding="utf-8") as out:
+            out.write(own_text(cell, dx))
+        return
+    shutil.copyfile(cell.file, place)
+    if cell.mesh:
+        files.require_regular(cell.mesh)
+        shutil.copyfile(cell.mesh, os.path.join(folder, os.path.basename(cell.mesh)))
+        with open(cell.file, encoding="utf-8") as file:
+            text = file.read()
+        with open(place, "w", encoding="utf-8") as out:
+            out.write(re.sub(r"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", lambda found: found[1] + os.path.basename(cell.mesh) + found[2], text))
+
+
+def own_text(cell: CaseCell, dx: float) -> str:
+    """Of red cells and platelets with HemoCell's constants."""
+    from packmesh import _packmesh
+
+    constants: Dict[str, Any] = _packmesh.default_cell(cell.name)
+    with open(os.path.join(_TEMPLATES, cell.name + ".xml"), encoding="utf-8") as file:
+        text = file.read()
+    if "$inner_edges" in text:
+        template, _ = _packmesh.cell_template(cell.name, None, dx)
+        constants["inner_edges"] = "\n".join(f"    <Edge> {a} {b} </Edge>" for a, b in opposite_pairs(template))
+    return re.sub(r"\$(\w+)", lambda found: _shortest(constants[found[1]]), text)
+
+
+def _shortest(value: Any) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:
+    """Numbers of vertices, shape (V, 3), of which one is the other's mirror image at their center."""
+    centered = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    other = np.linalg.norm(centered[:, None] + centered[None], axis=2).argmin(axis=1)
+    return [(a, int(b)) for a, b in enumerate(other) if a < b and other[b] == a]
+
+
+def code_of(cells: List[CaseCell]) -> Dict[str, str]:
+    """Words of case.cpp."""
+    models = sorted({cell.model for cell in cells})
+    return {"cell_types": "\n".join(f'  hemocell.addCellType<{cell.model}>("{cell.name}", {cell.construction});' for cell in cells),
+            "models": "\n".join(f"#include <{model[0].lower()}{model[1:]}.h>" for model in models),
+            "cell_files": " and ".join(filter(None, [", ".join(f"{cell.name}.xml" for cell in cells[:-1]), f"{cells[-1].name}.xml"])),
+            "cell_names": ", ".join(f'"{cell.name}"' for cell in cells)}
