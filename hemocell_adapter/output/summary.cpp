@@ -132,7 +132,7 @@ std::string reachedText(const Packing& packing) {
   }
   if (!packing.whyFewer.empty())
     return fmt::format(
-        "soft cells could not be packed within the limits: {}; without those that found no room "
+        "soft cells could not be packed within the limits: {} "
         "there is a packing with hematocrit {:.4f} of the {} ({})",
         packing.whyFewer, tally.redMesh / problem.referenceVolume(),
         problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);

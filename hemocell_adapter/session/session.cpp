@@ -294,6 +294,7 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
       [&] { return ranks_.max(timer_.wall()); });
   if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
   const Request& request = problem->request;
+  if (!soft.problem && request.bestEffort) return {nullptr, soft.failure + "; of undeformed cells"};
   if (!soft.problem)
     throw AgreedFailure(
         {ExitCode::outOfReach,
@@ -301,27 +302,27 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
                      request.maxSeconds > 0.0 ? fmt::format(" ({})", durationText(request.maxSeconds)) : "",
                      soft.failure, delivery_.nothing)});
   tell(soft.notices);
-  return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure : ""};
+  return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure + "; without those that found no room" : ""};
 }
 
 std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>& requested,
-                                           OutputRequest output) {
+                                           OutputRequest output, bool fewerCells) {
   constexpr std::int64_t mostSweeps = 10000;
   constexpr double shareOfTime = 0.5;
   LumenSample& sample = sampleOf(requested);
-  if (forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
+  if (!fewerCells && forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
   const auto rigid = std::make_shared<Problem>(*requested);
   Request& request = rigid->request;
   request.soft = false;
-  request.maxSeconds *= shareOfTime;
+  if (!fewerCells) request.maxSeconds *= shareOfTime;
   request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
   request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
   output.checkpointEvery = 0.0;
   Attempts attempts(rigid, output, sample, hooks_);
-  Packing found = attempts.withClearances(timer_, false);
+  Packing found = attempts.withClearances(timer_, fewerCells);
   if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
-  if (found.outcome != Outcome::certified || found.cellCount == 0) return {};
+  if (found.cellCount == 0 || (!fewerCells && found.outcome != Outcome::certified)) return {};
   found.problem = requested;
   return found;
 }
@@ -330,14 +331,23 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
   makeStateFolder(output, ranks_);
   std::optional<Packing> found;
+  Ready ready{requested, ""};
   if (requested->request.softIfNeeded) {
-    found = undeformed(requested, output);
+    found = undeformed(requested, output, false);
     log::info(found ? "Undeformed cells could be packed: none are soft"
                     : "Undeformed cells cannot be packed as requested: cells are soft");
   }
-  Ready ready{requested, ""};
+  if (!found && requested->request.soft) ready = withSoftCells(requested, output);
+  if (!ready.problem) {
+    ready.problem = requested;
+    found = undeformed(requested, output, true);
+    if (!found)
+      throw AgreedFailure({ExitCode::outOfReach,
+                           fmt::format("soft cells could not be packed within the limits: {} not even one "
+                                       "could be packed; {}",
+                                       ready.whyFewer, delivery_.nothing)});
+  }
   if (!found) {
-    if (requested->request.soft) ready = withSoftCells(requested, output);
     Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_);
     found = attempts.withClearances(timer_);
     stateSaved_ = attempts.saved();
@@ -350,12 +360,12 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
       stateSaved_ = saveAsCheckpoint(packing);
     throwInterrupted(output);
   }
-  if (!ready.whyFewer.empty()) {
+  if (!ready.whyFewer.empty() && packing.cellCount < requested->mostCells()) {
+    packing.whyFewer = std::move(ready.whyFewer);
     packing.outcome = Outcome::outOfReach;
     packing.problem = asRequested(problem, *requested);
   }
   packing.output = output;
-  packing.whyFewer = std::move(ready.whyFewer);
   const bool repeats = problem.request.isTiled() && isEnough(packing);
   packing = countCells(std::move(packing));
   packing = repeats ? repeatInTiles(std::move(packing)) : verify(std::move(packing));

@@ -103,13 +103,15 @@ class Session {
   [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
   /// Cells for a problem.
   struct Ready {
-    std::shared_ptr<const Problem> problem;  ///< of packing them where they are, or as requested
-    std::string whyFewer;                    ///< if there are fewer than requested
+    /// Of packing them where they are, or as requested; nullptr: no soft cells could be packed.
+    std::shared_ptr<const Problem> problem;
+    std::string whyFewer;  ///< if there are fewer than requested, and what is packed instead
   };
   /// Deformed cells, if undeformed ones cannot be packed.
   Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
-  /// Undeformed cells as requested; nothing if they cannot be packed.
-  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested, OutputRequest output);
+  /// Undeformed cells as requested, or else as many as possible; nothing if they cannot be packed.
+  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested, OutputRequest output,
+                                    bool fewerCells);
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing);
   Packing repeatInTiles(Packing before);

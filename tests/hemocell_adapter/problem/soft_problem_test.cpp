@@ -123,6 +123,25 @@ TEST_CASE("With best effort, soft cells that find no room are left out, and it i
   CHECK_THAT(limited.err, Contains("the largest force on a vertex was") && Contains("writing that one"));
 }
 
+TEST_CASE("With best effort, undeformed cells are packed where no soft ones can be", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, dense + "--best-effort --max-force 1e-6 --max-iterations 100 --report r.json");
+  CHECK_THAT(ran.err, Contains("1e-06 pN are allowed") &&
+                          Contains("; of undeformed cells there is a packing with hematocrit 0.") &&
+                          Contains("of 9 RBC, ") && Contains("writing that one (--best-effort)"));
+  CHECK_THAT(ran.out, !Contains("Deformed cells:"));
+  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  CHECK(report["outcome"] == "bestEffort");
+  CHECK(report["species"][0]["asked"] == 9);
+  CHECK_THAT(ok(folder, "check --box 10 10 10 --ends periodic").out, Contains("Overlapping pairs: 0"));
+  CHECK_THAT(failed(folder,
+                    "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft --best-effort --max-force 1e-6 "
+                    "--max-iterations 100",
+                    3)
+                 .err,
+             Contains("of undeformed cells not even one could be packed; nothing was written"));
+}
+
 TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed", "[executable]") {
   const TemporaryFolder folder;
   // More than is tried before cells become soft without auto.
