@@ -202,10 +202,14 @@ void warnOfDropped(const Packing& packing) {
 
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
 void rescue(const Packing& packing) {
-  if (saveAsCheckpoint(packing))
-    log::warning(fmt::format(
-        "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
-        checkpointFile(packing.output).string()));
+  if (!saveAsCheckpoint(packing)) return;
+  const std::string file = checkpointFile(packing.output).string();
+  const bool soft = packing.problem->request.soft && packing.deformations;
+  log::warning(soft ? fmt::format("The packing is saved in {0}: a state with all cells, {1}", file,
+                                  named("start", file))
+                    : fmt::format("The packing is saved in {0}; to write it elsewhere: packMesh --restart "
+                                  "{0} --output-dir FOLDER",
+                                  file));
 }
 
 /// Writes the cells with the state of the packing, if one is requested; if they do not fit together, the

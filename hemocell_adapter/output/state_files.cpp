@@ -135,6 +135,7 @@ namespace {
 
 /// What it took to get there.
 std::string effortOf(const PackingState& state) {
+  if (state.soft) return fmt::format("{} iterations of soft cells", state.soft->counters[0]);
   return state.engine.iterations > 0 ? fmt::format("{} iterations", state.engine.iterations)
                                      : fmt::format("{} sweeps", state.relaxation.sweeps);
 }
@@ -190,7 +191,7 @@ void requireReplaceableState(const Request& request, const OutputRequest& output
 std::optional<Checkpoints> StateFiles::checkpoints() {
   if (!output_.stateFile) return {};
   Checkpoints checkpoints;
-  if (savesCheckpoints(request_, output_))
+  if (isContinued_ && savesCheckpoints(request_, output_))
     checkpoints.due = [this] {
       const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
       return checkpointAsked() || (output_.checkpointEvery > 0.0 && since.count() >= output_.checkpointEvery);
@@ -205,7 +206,7 @@ void StateFiles::save(const PackingState& state) {
     end_ = state;
     return;
   }
-  if (!savesCheckpoints(request_, output_)) return;
+  if (!isContinued_ || !savesCheckpoints(request_, output_)) return;
   const fs::path file = checkpointFile(output_);
   saved_ = false;
   try {
@@ -273,8 +274,11 @@ void removeCheckpoint(const Request& request, const OutputRequest& output, bool 
     log::info(fmt::format("{} is the checkpoint of another run, and stays", file.string()));
 }
 
-PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem) {
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem, bool soft) {
   PackingState state = readState(file, problem);
+  if (state.soft.has_value() != soft)
+    throw InputError(fmt::format("{}: is {}the state of soft cells ({})", file.string(), soft ? "not " : "",
+                                 named("soft")));
   log::info(fmt::format("Continuing from {}: after {}", file.string(), effortOf(state)));
   return state;
 }

@@ -39,8 +39,10 @@ void requireReplaceableState(const Request& request, const OutputRequest& output
 class StateFiles {
  public:
   /// References its arguments, which must outlive it.
-  StateFiles(const Request& request, const OutputRequest& output, const PackingProblem& problem)
-      : request_(request), output_(output), problem_(problem) {}
+  /// @param isContinued whether a run continues from states before its end; otherwise they are not saved
+  StateFiles(const Request& request, const OutputRequest& output, const PackingProblem& problem,
+             bool isContinued = true)
+      : request_(request), output_(output), problem_(problem), isContinued_(isContinued) {}
   StateFiles(const StateFiles&) = delete;
   StateFiles& operator=(const StateFiles&) = delete;
 
@@ -59,6 +61,7 @@ class StateFiles {
   const Request& request_;
   const OutputRequest& output_;
   const PackingProblem& problem_;
+  const bool isContinued_;
   std::optional<bool> saved_;
   bool savedAny_ = false;
   std::optional<PackingState> end_;
@@ -86,8 +89,9 @@ std::filesystem::path checkpointFile(const OutputRequest& output);
 /// @param own whether the run has saved one
 void removeCheckpoint(const Request& request, const OutputRequest& output, bool own);
 
-/// The state from which a run continues. All ranks call.
+/// The state from which a run continues. All ranks call. @param soft the next are steps of soft cells
 /// @throws InputError on all ranks
-PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem);
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem,
+                             bool soft = false);
 
 }  // namespace packmesh::hemocell

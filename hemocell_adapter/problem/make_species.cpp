@@ -220,8 +220,6 @@ void refuseBesideSoft(const Request& request) {
   if (request.inColumns) refuse(named("order", "columns"), "columns are denser without deformation");
   if (!request.alsoDx.empty())
     refuse(named("also-dx"), "a deformed cell has the mesh of one lattice spacing");
-  if (request.restart)
-    refuse(named("restart"), "there are no checkpoints of soft cells; the same command gives the same cells");
 }
 
 void requireMembranes(const Scene& scene) {

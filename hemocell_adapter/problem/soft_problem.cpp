@@ -101,9 +101,7 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
 
 }  // namespace
 
-SoftProblem packSoftProblem(const Problem& problem, const std::function<bool()>& interrupted,
-                            const std::function<void(const Progress&)>& progress,
-                            const std::function<double()>& elapsed) {
+SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
   std::vector<Clearances> levels = {problem.demanded};
   if (problem.request.choosesWallClearance() && problem.lumen.solidWalls && problem.lumen.container->wall()) {
     levels.insert(levels.begin(), problem.demanded);
@@ -113,10 +111,13 @@ SoftProblem packSoftProblem(const Problem& problem, const std::function<bool()>&
   for (std::size_t n = 0; n < levels.size(); ++n) {
     const bool last = n + 1 == levels.size();
     const PackedParts packed = partsAt(problem, problem.layout, levels[n]);
-    PackingProblem packing = packingProblemOf(problem, packed, interrupted, progress);
+    const auto packing =
+        std::make_shared<PackingProblem>(packingProblemOf(problem, packed, run.interrupted, run.progress));
+    made.packing = packing;
+    if (!run.prepare(*packing, last)) continue;
     if (const double most = problem.request.maxSeconds; most > 0.0)
-      packing.execution.limits.maxSeconds =
-          std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - elapsed()));
+      packing->execution.limits.maxSeconds =
+          std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - run.elapsed()));
     SoftLimits limits;
     limits.force = problem.request.maxForce;
     limits.volume = problem.request.maxVolumeChange;
@@ -124,15 +125,17 @@ SoftProblem packSoftProblem(const Problem& problem, const std::function<bool()>&
     limits.aim = std::min(limits.aim, 0.9 * limits.force);
     if (!last) limits.iterations = iterationsWithRoom;
     limits.fewerCells = last && problem.request.bestEffort;
+    limits.savesFailed = last;
     if (problem.request.maxIterations)
       limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
-    const SoftPacking soft = packSoft(packing, softSpecies(problem, packed), limits);
+    SoftPacking soft = packSoft(*packing, softSpecies(problem, packed), limits);
     if (soft.outcome == Outcome::interrupted) return made;
     if (soft.outcome != Outcome::certified) {
       made.failure = failureOf(soft, limits);
       made.fewer = !soft.cells.empty();
       if (!made.fewer) continue;
     } else if (soft.startScale == 1.0) {
+      made.packing.reset();
       made.problem = problem;
       return made;
     }
@@ -144,6 +147,7 @@ SoftProblem packSoftProblem(const Problem& problem, const std::function<bool()>&
                       levels.front().wall));
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));
+    made.end = std::move(soft.end);
     made.problem = withCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
     return made;
   }

@@ -45,7 +45,16 @@ double ProgressLog::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
 }
 
-std::optional<double> ProgressLog::remaining(double seconds) {
+std::optional<double> ProgressLog::remaining(const Progress& progress, double seconds) {
+  if (progress.left > 0) {
+    if (firstSweep_ < 0 || progress.sweep < lastSweep_) {
+      firstSweep_ = progress.sweep;
+      firstSeconds_ = seconds;
+    }
+    lastSweep_ = progress.sweep;
+    if (seconds < 1.0 || progress.sweep == firstSweep_) return {};
+    return double(progress.left) * (seconds - firstSeconds_) / double(progress.sweep - firstSweep_);
+  }
   if (seconds < 1.0) return {};
   const std::optional<double> expected = expectedSeconds();
   if (!expected || *expected <= seconds + 1.0) return {};
@@ -54,6 +63,7 @@ std::optional<double> ProgressLog::remaining(double seconds) {
 
 void ProgressLog::operator()(const Progress& progress) {
   const double now = seconds();
+  if (progress.left > 0) static_cast<void>(remaining(progress, now));  // counts from the first one on
   if (now - last_ < pauseNow()) return;
   last_ = now;
   if (log::isTerminal())
@@ -84,7 +94,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   // The search for fewer cells may take the same time again (Limits::maxSeconds).
   if (const double limit = problem_.request.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
-  if (const auto left = remaining(seconds))
+  if (const auto left = remaining(progress, seconds))
     line += fmt::format(", about {} left", durationText(std::ceil(*left)));
   return line;
 }
@@ -158,12 +168,13 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const PackingResult& pa
 }  // namespace
 
 Attempts::Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
-                   const Hooks& hooks)
+                   const Hooks& hooks, bool isContinued)
     : shared_(std::move(problem)),
       problem_(*shared_),
       output_(output),
       progress_(problem_, sample),
       hooks_(hooks),
+      isContinued_(isContinued),
       last_(problem_.atDemanded) {}
 
 const PackedParts& Attempts::partsWith(const Clearances& clearances) {
@@ -193,9 +204,9 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
     frames.emplace(packing, *series);
     packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
   }
-  StateFiles states(request, output_, packing);
+  StateFiles states(request, output_, packing, isContinued_);
   packing.checkpoints = states.checkpoints();
-  if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
+  if (request.restart && isContinued_ && !begun_) packing.resume = stateToContinue(*request.restart, packing);
   begun_ = true;
   PackingResult result = packmesh::pack(packing);
   nameBySpecies(last_, result);
@@ -235,7 +246,7 @@ Packing Attempts::withClearances(const Timer& timer, bool fewerCells) {
 
 std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {
   const auto& restart = problem_.request.restart;
-  if (!restart || levels.size() == 1) return 0;
+  if (!restart || !isContinued_ || levels.size() == 1) return 0;
   std::string digest;
   together(problem_.ranks, [&] { digest = readStateHead(*restart).digest; });
   const auto belongs = [&](const Clearances& level) {

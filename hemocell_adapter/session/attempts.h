@@ -28,8 +28,9 @@ class ProgressLog {
 
   /// Since packing began [s].
   double seconds() const;
-  /// Time that is left [s], if there is a forecast. Nothing in the first second: short packings end before.
-  std::optional<double> remaining(double seconds);
+  /// Time that is left [s], if there is a forecast, or by what is left of the sweeps and how long those since
+  /// the first call took. Nothing in the first second: short packings end before.
+  std::optional<double> remaining(const Progress& progress, double seconds);
   /// The line.
   std::string text(const Progress& progress, double seconds);
 
@@ -43,6 +44,8 @@ class ProgressLog {
   std::optional<Forecast> forecast_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   double last_ = 0.0;
+  std::int64_t firstSweep_ = -1, lastSweep_ = -1;  ///< told of those that are counted (Progress::left)
+  double firstSeconds_ = 0.0;
 };
 
 /// What a packing asks and tells while it runs; empty: never interrupted, a ProgressLog.
@@ -57,10 +60,11 @@ struct Hooks {
 class Attempts {
  public:
   /// @param sample of the lumen, for estimates of the time that is left
+  /// @param isContinued whether the first attempt continues from the state of `restart`, and states are saved
+  /// for that; otherwise only that of the result is kept
   Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
-           const Hooks& hooks = {});
+           const Hooks& hooks = {}, bool isContinued = true);
 
-  /// The first attempt continues from the state of `restart`.
   /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
   std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
@@ -87,6 +91,7 @@ class Attempts {
   const OutputRequest& output_;
   ProgressLog progress_;
   Hooks hooks_;
+  const bool isContinued_;
   PackedParts last_;                 ///< of the last attempt
   std::optional<PackingState> end_;  ///< of the last attempt that had a result
   bool begun_ = false, saved_ = false, savedAny_ = false;

@@ -33,6 +33,8 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -289,10 +291,26 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
                                       const OutputRequest& output) {
   ProgressLog progressLog(*problem, sampleOf(problem));
+  std::optional<StateFiles> states;
+  const std::optional<std::filesystem::path>& restart = problem->request.restart;
+  std::string digest;
+  if (restart) together(ranks_, [&] { digest = readStateHead(*restart).digest; });
+  const auto prepare = [&](PackingProblem& packing, bool last) {
+    const bool continues = restart && !states;
+    if (continues && !last && digestOf(packing) != digest) return false;
+    states.emplace(problem->request, output, packing);
+    packing.checkpoints = states->checkpoints();
+    if (continues) packing.resume = stateToContinue(*restart, packing, true);
+    return true;
+  };
   SoftProblem soft = packSoftProblem(
-      *problem, hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
-      [&] { return ranks_.max(timer_.wall()); });
-  if (ranks_.any(hooks_.interrupted && hooks_.interrupted())) throwInterrupted(output);
+      *problem, {hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
+                 [&] { return ranks_.max(timer_.wall()); }, prepare});
+  const bool interrupted = ranks_.any(hooks_.interrupted && hooks_.interrupted());
+  if (interrupted && soft.end) states->checkpoints()->save(*soft.end);  // it has just ended
+  stateSaved_ = states->saved().value_or(stateSaved_);
+  stateSavedOnce_ = stateSavedOnce_ || states->savedAny();
+  if (interrupted) throwInterrupted(output);
   const Request& request = problem->request;
   if (!soft.problem && request.bestEffort) return {nullptr, soft.failure + "; of undeformed cells"};
   if (!soft.problem)
@@ -302,11 +320,32 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
                      request.maxSeconds > 0.0 ? fmt::format(" ({})", durationText(request.maxSeconds)) : "",
                      soft.failure, delivery_.nothing)});
   tell(soft.notices);
-  return {std::make_shared<const Problem>(std::move(*soft.problem)), soft.fewer ? soft.failure + "; without those that found no room" : ""};
+  return {std::make_shared<const Problem>(std::move(*soft.problem)),
+          soft.fewer ? soft.failure + "; without those that found no room" : "", std::move(soft.packing),
+          std::move(soft.end)};
+}
+
+void Session::saveEndOfSoftCells(const Ready& ready, const OutputRequest& output) {
+  StateFiles states(ready.problem->request, output, *ready.softPacking);
+  states.checkpoints()->save(*ready.softEnd);
+  stateSaved_ = *states.saved();
+}
+
+bool Session::continuesSoftCells(const Problem& problem) const {
+  bool continues = false;
+  together(ranks_, [&] {
+    const std::filesystem::path& state = *problem.request.restart;
+    const StateHead head = readStateHead(state);
+    continues = head.stage == softCellsStage;
+    if (head.stage == finishedStage && head.deformed && !problem.hasDeformed())
+      throw InputError(fmt::format("{}: is the result of packing soft cells; {} takes its cells",
+                                   state.string(), named("start", state.string())));
+  });
+  return continues;
 }
 
 std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>& requested,
-                                           OutputRequest output, bool fewerCells) {
+                                           const OutputRequest& output, bool fewerCells) {
   constexpr std::int64_t mostSweeps = 10000;
   constexpr double shareOfTime = 0.5;
   LumenSample& sample = sampleOf(requested);
@@ -316,9 +355,7 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
   request.soft = false;
   if (!fewerCells) request.maxSeconds *= shareOfTime;
   request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
-  request.origins.erase("stateFile");  // nothing continues from a checkpoint of these
-  output.checkpointEvery = 0.0;
-  Attempts attempts(rigid, output, sample, hooks_);
+  Attempts attempts(rigid, output, sample, hooks_, false);
   Packing found = attempts.withClearances(timer_, fewerCells);
   if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
@@ -332,12 +369,14 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   makeStateFolder(output, ranks_);
   std::optional<Packing> found;
   Ready ready{requested, ""};
-  if (requested->request.softIfNeeded) {
+  const bool begins = !requested->request.restart;
+  if (requested->request.softIfNeeded && begins) {
     found = undeformed(requested, output, false);
     log::info(found ? "Undeformed cells could be packed: none are soft"
                     : "Undeformed cells cannot be packed as requested: cells are soft");
   }
-  if (!found && requested->request.soft) ready = withSoftCells(requested, output);
+  if (!found && requested->request.soft && (begins || continuesSoftCells(*requested)))
+    ready = withSoftCells(requested, output);
   if (!ready.problem) {
     ready.problem = requested;
     found = undeformed(requested, output, true);
@@ -348,15 +387,18 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
                                        ready.whyFewer, delivery_.nothing)});
   }
   if (!found) {
-    Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_);
+    // From the certificate of soft cells nothing continues: it takes less time than they.
+    Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
     found = attempts.withClearances(timer_);
-    stateSaved_ = attempts.saved();
-    stateSavedOnce_ = attempts.savedAny();
+    stateSaved_ = stateSaved_ || attempts.saved();
+    stateSavedOnce_ = stateSavedOnce_ || attempts.savedAny();
   }
   Packing packing = std::move(*found);
   const Problem& problem = *ready.problem;
   if (packing.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
-    if (packing.state && savesCheckpoints(problem.request, output))  // it has just ended
+    if (ready.softEnd)
+      saveEndOfSoftCells(ready, output);
+    else if (packing.state && savesCheckpoints(problem.request, output))  // it has just ended
       stateSaved_ = saveAsCheckpoint(packing);
     throwInterrupted(output);
   }

@@ -106,12 +106,18 @@ class Session {
     /// Of packing them where they are, or as requested; nullptr: no soft cells could be packed.
     std::shared_ptr<const Problem> problem;
     std::string whyFewer;  ///< if there are fewer than requested, and what is packed instead
+    /// If cells are soft, what was packed, and its state.
+    std::shared_ptr<const PackingProblem> softPacking = {};
+    std::optional<PackingState> softEnd = {};
   };
   /// Deformed cells, if undeformed ones cannot be packed.
   Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
   /// Undeformed cells as requested, or else as many as possible; nothing if they cannot be packed.
-  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested, OutputRequest output,
-                                    bool fewerCells);
+  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested,
+                                    const OutputRequest& output, bool fewerCells);
+  void saveEndOfSoftCells(const Ready& ready, const OutputRequest& output);
+  /// Whether the state of the request is one of soft cells. @throws AgreedFailure if it is their result
+  bool continuesSoftCells(const Problem& problem) const;
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing);
   Packing repeatInTiles(Packing before);

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,8 +28,12 @@ enum class Stage : std::int32_t {
   certificate = 1,  ///< certifies
   repair = 2,       ///< continues relaxDeepContacts(), after cells failed the certificate
   engine = 3,       ///< continues that of the engine; with one the only stage besides `certificate`
-  last = engine,
+  soft = 4,         ///< continues packSoft()
+  last = soft,
 };
+
+/// The stage in which cells are soft, in progress and states.
+inline constexpr const char* softCellsStage = "soft cells";
 
 struct RunPosition {
   Stage stage = Stage::relaxation;
@@ -45,7 +50,19 @@ struct EnginePosition {
   std::vector<BodyState> best;  ///< of earlier attempts
 };
 
-/// The same on all ranks except for `cells` and `measures`. Plain data. Independent of the number of ranks.
+/// State of soft cells, whose numbers packSoft() alone understands: counters and numbers are at least 0. Of
+/// the rank's cells, in their order: some numbers of each, and of each of its vertices.
+struct SoftPosition {
+  std::string membranes;  ///< what is told apart, besides the problem
+  std::array<std::int64_t, 3> counters = {};
+  std::array<double, 5> numbers = {};
+  static constexpr int perCell = 5, perVertex = 10;
+  std::vector<double> cells;
+  std::vector<float> vertices;
+};
+
+/// The same on all ranks except for `cells`, `soft` and `measures`. Plain data. Independent of the number of
+/// ranks.
 struct PackingState {
   RunPosition position;
   std::int64_t repairs = 0;  ///< rounds so far
@@ -53,10 +70,11 @@ struct PackingState {
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
   std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
   EnginePosition engine;
-  std::int64_t cellCount = 0;       ///< on all ranks
-  std::vector<BodyState> cells;     ///< of this rank, sorted by id; no cell on two ranks
-  CellMeasures measures;            ///< of these cells, if the run has ended
-  std::vector<CellColumn> columns;  ///< others of these cells, which are saved for readers alone
+  std::optional<SoftPosition> soft = {};  ///< at Stage::soft; `cells` are those that were to become soft
+  std::int64_t cellCount = 0;             ///< on all ranks
+  std::vector<BodyState> cells;           ///< of this rank, sorted by id; no cell on two ranks
+  CellMeasures measures;                  ///< of these cells, if the run has ended
+  std::vector<CellColumn> columns;        ///< others of these cells, which are saved for readers alone
   /// To be saved with the cells: vertices of those that have meshes of their own and species with the
   /// template, in its order and frame [µm]; empty for the others. Empty: none.
   std::vector<std::vector<Vec3>> vertices;

@@ -24,6 +24,13 @@ constexpr char kind[] = "state";
 /// Group of PackingState::engine, and name of its stage. There is one engine.
 constexpr char engineGroup[] = "/growth";
 
+/// Group of PackingState::soft.
+constexpr char softGroup[] = "/soft";
+
+std::string ofSoft(const char* table) {
+  return std::string(softGroup) + "/" + table;
+}
+
 std::string ofEngine(const char* table) {
   return std::string(engineGroup) + "/" + table;
 }
@@ -41,7 +48,7 @@ double longestPossible(const PackingProblem& problem) {
 }
 
 const char* stageOf(const PackingState& state, bool finished) {
-  if (finished) return "finished";
+  if (finished) return finishedStage;
   switch (state.position.stage) {
     case Stage::relaxation:
       return "relaxation";
@@ -51,6 +58,8 @@ const char* stageOf(const PackingState& state, bool finished) {
       return "repair";
     case Stage::engine:
       return engineGroup + 1;
+    case Stage::soft:
+      return softCellsStage;
   }
   return "";
 }
@@ -326,6 +335,16 @@ StateRecord recordOfWords(const Hdf5Reader& in) {
   return record;
 }
 
+/// @param at the state's, the same on all ranks but for its cells
+void writeSoft(Hdf5Writer& out, const SoftPosition& at) {
+  out.group(softGroup);
+  out.attribute(softGroup, "membranes", at.membranes);
+  out.commonTable(ofSoft("position"), 1, std::vector<std::int64_t>(at.counters.begin(), at.counters.end()));
+  out.commonTable(ofSoft("numbers"), 1, std::vector<double>(at.numbers.begin(), at.numbers.end()));
+  out.table(ofSoft("cells"), SoftPosition::perCell, at.cells);
+  out.table(ofSoft("vertices"), SoftPosition::perVertex, at.vertices);
+}
+
 /// The group with the files that were written with a state.
 constexpr char filesGroup[] = "/files";
 
@@ -336,7 +355,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   out.attribute("/", "lumen", problem.physics.container->describe());
   out.attribute("/", "seed", static_cast<std::int64_t>(problem.physics.seed));
   out.attribute("/", "stage", std::string(stageOf(state, isFinished(state, problem.execution.communicator))));
-  out.attribute("/", "iteration", state.relaxation.sweeps);
+  out.attribute("/", "iteration", state.soft ? state.soft->counters[0] : state.relaxation.sweeps);
   writeRecord(out, record);
   if (!together.empty()) out.group(filesGroup);
   std::int64_t files = 0;
@@ -379,6 +398,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   forEachTable(withShapes, best, [&](const char* name, int columns, const auto& table) {
     out.table(ofEngine("best/") + name, columns, table);
   });
+  if (state.soft) writeSoft(out, *state.soft);
 }
 
 }  // namespace
@@ -417,6 +437,7 @@ StateHead readStateHead(const fs::path& file, std::int64_t oldest) {
   head.stage = in.text("/", "stage");
   head.digest = in.text("/", "problem");
   head.cells = in.size("/cells/id")[0];
+  head.deformed = in.has(membraneRows);
   head.record = readStateRecord(in);
   const std::int64_t files = in.has(filesGroup) ? in.integer(filesGroup, "number") : 0;
   for (std::int64_t i = 0; i < files; ++i) {
@@ -432,6 +453,35 @@ StateRecord readStateRecord(const Hdf5Reader& in) {
 }
 
 namespace {
+
+/// Of the cells [first, end).
+SoftPosition readSoft(const Hdf5Reader& in, const Physics& physics, std::int64_t first, std::int64_t end) {
+  constexpr double most = 1e9;  // no length [µm] and no force [pN] is so large
+  SoftPosition at;
+  at.membranes = in.text(softGroup, "membranes");
+  const auto counters = in.table<std::int64_t>(ofSoft("position"), 1, 0, std::int64_t(at.counters.size()));
+  const auto numbers = in.table<double>(ofSoft("numbers"), 1, 0, std::int64_t(at.numbers.size()));
+  std::copy(counters.begin(), counters.end(), at.counters.begin());
+  std::copy(numbers.begin(), numbers.end(), at.numbers.begin());
+  std::int64_t before = 0, own = 0;  // vertices
+  const auto species = in.table<std::int32_t>("/cells/species", 1, 0, end);
+  for (std::int64_t i = 0; i < end; ++i) {
+    if (species[i] < 0 || species[i] >= static_cast<std::int32_t>(physics.species.size()))
+      in.fail("is damaged: it contains a cell that is not part of the problem");
+    const auto& mesh = physics.shapeOf(physics.species[species[i]]).mesh();
+    (i < first ? before : own) += static_cast<std::int64_t>(mesh.vertices.size());
+  }
+  at.cells = in.table<double>(ofSoft("cells"), SoftPosition::perCell, first, end - first);
+  at.vertices = in.table<float>(ofSoft("vertices"), SoftPosition::perVertex, before, own);
+  const auto possible = [](double x) { return std::abs(x) < most; };  // no NaN
+  const auto counts = [](auto x) { return x >= 0 && static_cast<double>(x) < mostPossible; };
+  if (!std::all_of(at.counters.begin(), at.counters.end(), counts) ||
+      !std::all_of(at.numbers.begin(), at.numbers.end(), counts) ||
+      !std::all_of(at.cells.begin(), at.cells.end(), possible) ||
+      !std::all_of(at.vertices.begin(), at.vertices.end(), possible))
+    in.fail("is damaged: it contains values out of range");
+  return at;
+}
 
 /// The data of this rank.
 PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
@@ -466,6 +516,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     const std::vector<double> taken = in.table<double>(ofEngine("taken"), 1, first, end - first);
     for (std::size_t i = 0; i < taken.size(); ++i) state.cells[i].stepTaken = taken[i];
   }
+  if (state.position.stage == Stage::soft) state.soft = readSoft(in, problem.physics, first, end);
   const std::int64_t bestCells = in.size(ofEngine("best/id"))[0];
   if (bestCells != 0 && bestCells != state.cellCount) in.fail(misfit);
   CellTables best;

@@ -42,13 +42,17 @@ struct StateRecord {
 struct StateHead {
   std::string digest;  ///< of the problem, see digestOf()
   StateRecord record;
-  std::string stage;  ///< of the run, human-readable
+  std::string stage;  ///< of the run, human-readable: softCellsStage, finishedStage
   std::int64_t cells = 0;
+  bool deformed = false;  ///< some have meshes of their own
   FilesOfState files;
 };
 
 /// The version that is written, and the oldest of which cells can be read.
 constexpr std::int64_t stateVersion = 3, oldestStateVersion = 2;
+
+/// The stage of a result.
+inline constexpr const char* finishedStage = "finished";
 
 /// Whether the cells of a state are those of a result: certified, and measured. All ranks call.
 bool isFinished(const PackingState& state, const Communicator& ranks);

@@ -9,6 +9,7 @@ namespace {
 constexpr float tiny = 1e-20f;  // [µm⁴] far below rounding: keeps what collapses from dividing by 0
 constexpr float leastParallel = 1e-12f;  // [µm⁴] of parallel edges: below rounding, any point will do
 constexpr float leastGap = 4e-6f;        // [µm] rounding of positions and distances
+constexpr float rounding = 1e-4f;        // [µm] of the sums of steps: more than enough
 
 static_assert(sizeof(VertexFours) == 4 * laneCount * sizeof(std::int16_t));
 
@@ -133,20 +134,34 @@ inline unsigned presentLanes(int size, int begin) {
   return size - begin >= laneCount ? 0xffffu : (1u << (size - begin)) - 1u;
 }
 
+inline float leastDistance(const Lanes& squared, unsigned present) {
+  float distances[laneCount];
+  store(squareRoot(squared), distances);
+  float least = distances[0];  // lanes that are not present come last
+  for (int lane = 1; lane < laneCount; ++lane)
+    least = (present >> lane & 1u) != 0 && distances[lane] < least ? distances[lane] : least;
+  return least;
+}
+
 inline void push(float* to, float share, const float force[3], float stiffness) {
   for (int k = 0; k < 3; ++k) to[k] += share * force[k];
   to[3] += share * stiffness;
 }
 
 int contactForces(ContactKind kind, const CellPair& pair, const VertexFours* blocks, int size,
-                  const Barrier& barrier, float* forces, float* gaps, Reaction* reactions) {
+                  const Barrier& barrier, const Approach& approach, float* forces, float* gaps,
+                  Reaction* reactions) {
   const Lanes one = splat(1.0f), range = splat(barrier.range);
   const Lanes reach = splat(barrier.clearance + barrier.range);
+  const float near = approach.moved + barrier.clearance + barrier.range + rounding;
   int found = 0;
   for (int begin = 0; begin < size; begin += laneCount) {
+    float& until = approach.until[begin / laneCount];
+    if (until > near) continue;
     const VertexFours& block = blocks[begin / laneCount];
     const Nearest at = nearest(kind, pair, block);
     unsigned bits = bitsWhereLess(at.squared, reach * reach) & presentLanes(size, begin);
+    if (bits == 0) until = approach.moved + leastDistance(at.squared, presentLanes(size, begin));
     if (bits == 0) continue;
     const Lanes distance = squareRoot(at.squared);
     const Lanes left = distance - barrier.clearance, gap = larger(left, splat(leastGap));

@@ -30,8 +30,32 @@ constexpr float leastGap = 4e-6f;  // [µm] rounding of positions and distances
 struct SoftCells::Batch {
   int membrane = 0;
   std::vector<int> cells;
-  std::vector<float> position, listed, step, force, gap;
+  std::vector<float> position, listed, step;
   float scale[width], moves[width], volume[width], largestForce[width], farthest[width];
+};
+
+/// What a thread needs.
+struct SoftCells::Thread {
+  explicit Thread(const ContactKernels& kernels) : lister(kernels) {}
+
+  /// Room for so many reactions, of which `used` are then in use.
+  Reaction* room(int size) {
+    if (page < pages.size() && used + std::size_t(size) > pages[page].size()) {
+      ++page;
+      used = 0;
+    }
+    if (page == pages.size()) pages.emplace_back(pageSize);
+    if (pages[page].size() < std::size_t(size)) pages[page].resize(std::size_t(size));  // nothing is in it
+    return pages[page].data() + used;
+  }
+
+  static constexpr std::size_t pageSize = 1 << 15;
+  ContactLister lister;
+  ContactFours fours;
+  std::vector<float> numbers;
+  std::vector<float> force, gap;             ///< of cells of other ranks, which are not needed
+  std::vector<std::vector<Reaction>> pages;  ///< of the current step
+  std::size_t page = 0, used = 0;            ///< the one that is being filled, and how many are in it
 };
 
 struct SoftCells::Cell {
@@ -43,21 +67,26 @@ struct SoftCells::Cell {
     float offset[3];
     std::int64_t begin;  ///< block
     int size;
-    std::size_t reactions = 0, reactionsEnd = 0;
+    const Reaction *reactions = nullptr, *reactionsEnd = nullptr;  ///< in the last step
   };
   struct Source {
     int cell, group;
   };
   int number = 0, membrane = 0, batch = 0, lane = 0;
   int wallNumber = -1;
+  float scale = 1.0f;
+  float moved = 0.0f;  ///< sum of the largest steps since contacts were listed [µm]
   Vec3 anchor = Vec3::Zero();
-  std::vector<float> position;  ///< relative to the anchor, 4 per vertex
-  std::vector<float> force;     ///< 4 per vertex
-  std::vector<float> gap;       ///< see MembraneBatch
-  std::vector<float> wall;      ///< lower bounds of the gap to the wall
+  FloatBox box;  ///< around the vertices when contacts were listed
+  std::vector<float>
+      position;  ///< relative to the anchor, 4 per vertex; none if no cell of this rank is near
+  // Of this rank's cells:
+  std::vector<float> force;  ///< 4 per vertex
+  std::vector<float> gap;    ///< see MembraneBatch
+  std::vector<float> wall;   ///< lower bounds of the gap to the wall
   ContactFours fours;
+  std::vector<float> until;  ///< of its blocks, see Approach
   std::vector<Group> groups;
-  std::vector<Reaction> reactions;
   std::vector<Source> sources;
   Outline outline;
 };
@@ -65,7 +94,7 @@ struct SoftCells::Cell {
 SoftCells::~SoftCells() = default;
 
 SoftCells::SoftCells(std::vector<SoftCell> cells, const Vec3& period, std::vector<WallGap> walls,
-                     const SoftSettings& settings, const Threads& threads)
+                     const SoftSettings& settings, const Threads& threads, const Communicator& ranks)
     : walls_(std::move(walls)),
       period_(period),
       settings_(settings),
@@ -73,14 +102,16 @@ SoftCells::SoftCells(std::vector<SoftCell> cells, const Vec3& period, std::vecto
       kernels_(proximityKernels(chosenInstructionSet())),
       membraneKernel_(membraneKernel(chosenInstructionSet())),
       cells_(cells.size()),
-      scratch_(threads.count()),
+      ofThread_(threads.count(), Thread(kernels_)),
       stiffening_(settings.stiffening) {
-  addCells(cells);
+  addCells(cells, ranks);
   fillBatches(cells);
   if (smallestScale() == 1.0) stiffening_ = 1.0;
 }
 
-void SoftCells::addCells(const std::vector<SoftCell>& cells) {
+void SoftCells::addCells(const std::vector<SoftCell>& cells, const Communicator& ranks) {
+  std::vector<Vec3> centers;
+  std::vector<std::int64_t> work;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Cell& cell = cells_[i];
     const auto known = std::find(membranes_.begin(), membranes_.end(), cells[i].membrane);
@@ -92,6 +123,8 @@ void SoftCells::addCells(const std::vector<SoftCell>& cells) {
     }
     cell.number = int(i);
     cell.wallNumber = cells[i].wall;
+    cell.scale = float(cells[i].scale);
+    smallestScale_ = std::min(smallestScale_, double(cell.scale));
     const std::vector<Vec3>& vertices = cells[i].vertices;
     cell.anchor =
         std::accumulate(vertices.begin(), vertices.end(), Vec3(Vec3::Zero())) / double(vertices.size());
@@ -100,15 +133,21 @@ void SoftCells::addCells(const std::vector<SoftCell>& cells) {
       for (int k = 0; k < 3; ++k) cell.position.push_back(float(local[k]));
       cell.position.push_back(0.0f);
     }
+    centers.push_back(cell.anchor);
+    work.push_back(std::int64_t(vertices.size()));
+  }
+  shares_ = SoftShares(centers, work, ranks);
+  for (const int i : mine()) {
+    Cell& cell = cells_[i];
     cell.force.resize(cell.position.size());
-    cell.gap.resize(vertices.size());
-    cell.wall.assign(vertices.size(), -1.0f);
+    cell.gap.resize(cell.position.size() / 4);
+    cell.wall.assign(cell.gap.size(), -1.0f);
   }
 }
 
 void SoftCells::fillBatches(const std::vector<SoftCell>& cells) {
   for (std::size_t m = 0; m < membranes_.size(); ++m)
-    for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (const int i : mine()) {
       if (cells_[i].membrane != int(m)) continue;
       if (batches_.empty() || batches_.back().membrane != int(m) || batches_.back().cells.size() == width) {
         batches_.emplace_back();
@@ -116,20 +155,18 @@ void SoftCells::fillBatches(const std::vector<SoftCell>& cells) {
       }
       cells_[i].batch = int(batches_.size()) - 1;
       cells_[i].lane = int(batches_.back().cells.size());
-      batches_.back().cells.push_back(int(i));
+      batches_.back().cells.push_back(i);
     }
   for (Batch& batch : batches_) {
     const MembraneView& m = views_[batch.membrane];
     const std::size_t n = std::size_t(m.vertices) * width;
     batch.position.resize(3 * n);
     batch.step.assign(3 * n, 0.0f);
-    batch.force.resize(4 * n);
-    batch.gap.assign(n, 0.0f);
     for (int lane = 0; lane < width; ++lane) {
       // Lanes without a cell repeat the first one, and stay.
       const bool present = lane < int(batch.cells.size());
       const int i = batch.cells[present ? lane : 0];
-      batch.scale[lane] = float(cells[i].scale);
+      batch.scale[lane] = cells_[i].scale;
       batch.moves[lane] = present && !cells[i].fixed ? 1.0f : 0.0f;
       batch.farthest[lane] = batch.largestForce[lane] = batch.volume[lane] = 0.0f;
       for (int v = 0; v < m.vertices; ++v)
@@ -140,67 +177,198 @@ void SoftCells::fillBatches(const std::vector<SoftCell>& cells) {
   }
 }
 
-double SoftCells::scaleOf(const Cell& cell) const {
-  return batches_[cell.batch].scale[cell.lane];
-}
-
 double SoftCells::scale(std::size_t cell) const {
-  return scaleOf(cells_[cell]);
+  return cells_[cell].scale;
 }
 
-double SoftCells::smallestScale() const {
-  double least = 1.0;
-  for (const Cell& cell : cells_) least = std::min(least, scaleOf(cell));
-  return least;
+std::int64_t SoftCells::iterationsUntilFull(double startScale) const {
+  const double now = smallestScale(), grown = std::log(now / startScale);
+  const double pace = grown > 0.0 ? grown / double(iterations_) : std::log(1.0 + settings_.swelling);
+  return std::int64_t(std::ceil(-std::log(now) / pace - std::log(stiffening_) / std::log(softening)));
 }
 
-double SoftCells::largestForce() const {
-  float most = 0.0f;
+/// What the batches of all ranks have in common.
+void SoftCells::summarize() {
+  float farthest = 0.0f, force = 0.0f;
+  double scale = 1.0;
   for (const Batch& batch : batches_)
-    for (int lane = 0; lane < width; ++lane)
-      most = std::max(most, batch.moves[lane] * batch.largestForce[lane]);
-  return most;
+    for (int lane = 0; lane < int(batch.cells.size()); ++lane) {
+      farthest = std::max(farthest, batch.farthest[lane]);
+      force = std::max(force, batch.moves[lane] * batch.largestForce[lane]);
+      scale = std::min(scale, double(batch.scale[lane]));
+    }
+  std::vector<std::int64_t> none;
+  std::vector<double> most = {farthest, force, -scale};
+  shares_.ranks().sumAndMax(none, most);
+  farthest_ = float(most[0]);
+  largestForce_ = most[1];
+  smallestScale_ = -most[2];
 }
 
 std::vector<Vec3> SoftCells::vertices(std::size_t i) const {
   std::vector<Vec3> out;
   const Cell& cell = cells_[i];
-  for (std::size_t v = 0; v < cell.gap.size(); ++v)
+  for (std::size_t v = 0; 4 * v < cell.position.size(); ++v)
     out.push_back(cell.anchor +
                   Vec3(cell.position[4 * v], cell.position[4 * v + 1], cell.position[4 * v + 2]));
   return out;
 }
 
-void SoftCells::listContacts() {
-  skin_ = settings_.skin * smallestScale();
-  threads_.forEach(std::int64_t(cells_.size()), [&](std::int64_t i, int) {
-    Cell& cell = cells_[i];
-    cell.outline.fit(*membranes_[cell.membrane], clusters_[cell.membrane], cell.position.data());
-    cell.sources.clear();
+/// What other ranks need of a cell: its scale, steps and positions.
+void SoftCells::pack(int i, std::vector<float>& to) const {
+  const std::vector<float>& position = cells_[i].position;
+  to.insert(to.end(), {cells_[i].scale, cells_[i].moved});
+  for (std::size_t at = 0; at < position.size(); at += 4)
+    to.insert(to.end(), &position[at], &position[at + 3]);
+}
+
+/// @return after the numbers of the cell
+const float* SoftCells::unpack(int i, const float* from) {
+  Cell& cell = cells_[i];
+  cell.scale = *from++;
+  cell.moved = *from++;
+  cell.position.resize(4 * std::size_t(views_[cell.membrane].vertices));
+  for (std::size_t at = 0; at < cell.position.size(); at += 4, from += 3)
+    std::copy(from, from + 3, &cell.position[at]);
+  return from;
+}
+
+void SoftCells::gather() {
+  shares_.gather([&](int i, std::vector<float>& to) { pack(i, to); },
+                 [&](int i, const float* from) { return unpack(i, from); });
+}
+
+/// Sends scales and positions to the ranks that need them.
+void SoftCells::exchange() {
+  shares_.exchange([&](int i, std::vector<float>& to) { pack(i, to); },
+                   [&](int i, const float* from) { return unpack(i, from); });
+}
+
+void SoftCells::save(SoftPosition& to) const {
+  to.counters[0] = iterations_;
+  to.numbers[0] = stiffening_;
+  to.numbers[1] = listed_ ? skin_ : 0.0;
+  const auto numbersOf = [&](int i, std::vector<double>& all) {
+    const Cell& cell = cells_[i];
+    const Batch& batch = batches_[cell.batch];
+    all.insert(all.end(), cell.anchor.begin(), cell.anchor.end());
+    all.insert(all.end(), {batch.scale[cell.lane], batch.farthest[cell.lane]});
+  };
+  const auto numbersOfVertices = [&](int i, std::vector<float>& all) {
+    const Cell& cell = cells_[i];
+    const Batch& batch = batches_[cell.batch];
+    for (std::size_t v = 0; v < cell.wall.size(); ++v) {
+      for (const std::vector<float>* of : {&batch.position, &batch.listed, &batch.step})
+        for (std::size_t k = 0; k < 3; ++k) all.push_back((*of)[(3 * v + k) * width + cell.lane]);
+      all.push_back(cell.wall[v]);
+    }
+  };
+  to.cells = shares_.byIds<double>(numbersOf, [](int) { return SoftPosition::perCell; });
+  to.vertices = shares_.byIds<float>(numbersOfVertices, [&](int i) {
+    return SoftPosition::perVertex * views_[cells_[i].membrane].vertices;
   });
-  const auto near = neighbors();
-  threads_.forEach(std::int64_t(cells_.size()), [&](std::int64_t i, int) { listFor(int(i), near[i]); });
-  for (std::size_t i = 0; i < cells_.size(); ++i)
-    for (std::size_t g = 0; g < cells_[i].groups.size(); ++g)
-      cells_[cells_[i].groups[g].other].sources.push_back({int(i), int(g)});
-  for (Batch& batch : batches_) {
-    batch.listed = batch.position;
-    std::fill(batch.farthest, batch.farthest + width, 0.0f);
+}
+
+void SoftCells::restore(const SoftPosition& from) {
+  iterations_ = from.counters[0];
+  stiffening_ = from.numbers[0];
+  skin_ = from.numbers[1];
+  listed_ = skin_ > 0.0;
+  const double* ofCell = from.cells.data();
+  const float* ofVertex = from.vertices.data();
+  for (Cell& cell : cells_) {
+    cell.anchor = Vec3(ofCell);
+    cell.scale = float(ofCell[3]);
+    const bool own = shares_.isMine(cell.number);
+    if (own) batches_[cell.batch].scale[cell.lane] = cell.scale;
+    if (own) batches_[cell.batch].farthest[cell.lane] = float(ofCell[4]);
+    ofCell += SoftPosition::perCell;
+    for (std::size_t v = 0; 4 * v < cell.position.size(); ++v, ofVertex += SoftPosition::perVertex) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        cell.position[4 * v + k] = ofVertex[3 + k];
+        if (!own) continue;
+        Batch& batch = batches_[cell.batch];
+        const std::size_t at = (3 * v + k) * width + cell.lane;
+        batch.position[at] = ofVertex[k];
+        batch.listed[at] = ofVertex[3 + k];
+        batch.step[at] = ofVertex[6 + k];
+      }
+      if (own) cell.wall[v] = ofVertex[9];
+    }
   }
-  listed_ = true;
+  summarize();
+  if (listed_) listContacts();  // for where the vertices were then
+  for (const int i : mine()) {
+    Cell& cell = cells_[i];
+    for (std::size_t v = 0; v < cell.wall.size(); ++v)
+      for (std::size_t k = 0; k < 3; ++k)
+        cell.position[4 * v + k] = batches_[cell.batch].position[(3 * v + k) * width + cell.lane];
+  }
+  exchange();
+}
+
+/// Lists the contacts of cells where they are, up to their range and a skin.
+void SoftCells::listContacts() {
+  const Communicator& ranks = shares_.ranks();
+  const auto fit = [&](Cell& cell) {
+    cell.outline.fit(*membranes_[cell.membrane], clusters_[cell.membrane], cell.position.data());
+    cell.box = cell.outline.all;
+  };
+  threads_.forEach(std::int64_t(mine().size()), [&](std::int64_t n, int) { fit(cells_[mine()[n]]); });
+  struct Boxed {
+    int cell;
+    FloatBox box;
+  };
+  std::vector<Boxed> boxes;
+  if (!ranks.alone())
+    for (const int i : mine()) boxes.push_back({i, cells_[i].box});
+  for (const Boxed& one : ranks.gatherAll(boxes)) cells_[one.cell].box = one.box;
+  const auto near = neighbors();
+  shares_.find(near);
+  forgetOthers();
+  exchange();
+  const std::vector<int>& others = shares_.others();
+  threads_.forEach(std::int64_t(others.size()), [&](std::int64_t n, int) { fit(cells_[others[n]]); });
+  for (Cell& cell : cells_) {
+    cell.sources.clear();
+    cell.groups.clear();
+    cell.moved = 0.0f;
+  }
+  listing_ = mine();
+  listing_.insert(listing_.end(), others.begin(), others.end());
+  std::sort(listing_.begin(), listing_.end());
+  threads_.forEach(std::int64_t(listing_.size()), [&](std::int64_t n, int thread) {
+    listFor(listing_[n], near[listing_[n]], ofThread_[thread]);
+  });
+  for (const int i : listing_)
+    for (std::size_t g = 0; g < cells_[i].groups.size(); ++g)
+      cells_[cells_[i].groups[g].other].sources.push_back({i, int(g)});
+}
+
+/// Of cells that are not near those of this rank.
+void SoftCells::forgetOthers() {
+  if (shares_.ranks().alone()) return;
+  std::vector<char> known(cells_.size(), false);
+  for (const int i : shares_.others()) known[i] = true;
+  for (Cell& cell : cells_) {
+    if (shares_.isMine(cell.number) || known[cell.number]) continue;
+    std::vector<float>().swap(cell.position);
+    cell.outline = {};
+    cell.fours.takeOver({});
+  }
 }
 
 /// Of each cell: the cells and their displacements to periodic images whose boxes are near its own; among
 /// them the cell itself.
-std::vector<std::vector<std::pair<int, Vec3>>> SoftCells::neighbors() const {
+SoftNeighbors SoftCells::neighbors() const {
   struct Image {
     double lo, hi;  ///< along x
     int cell;
     Vec3 shift;
   };
   const double reach = std::max(settings_.range, settings_.edgeRange) + skin_ + settings_.clearance;
-  const auto low = [](const Cell& c, int k) { return c.anchor[k] + c.outline.all.lo[k]; };
-  const auto high = [](const Cell& c, int k) { return c.anchor[k] + c.outline.all.hi[k]; };
+  const auto low = [](const Cell& c, int k) { return c.anchor[k] + c.box.lo[k]; };
+  const auto high = [](const Cell& c, int k) { return c.anchor[k] + c.box.hi[k]; };
   Vec3 lo = Vec3::Constant(std::numeric_limits<double>::max()), hi = -lo;
   for (const Cell& c : cells_)
     for (int k = 0; k < 3; ++k) {
@@ -225,7 +393,7 @@ std::vector<std::vector<std::pair<int, Vec3>>> SoftCells::neighbors() const {
         }
   }
   std::stable_sort(images.begin(), images.end(), [](const Image& a, const Image& b) { return a.lo < b.lo; });
-  std::vector<std::vector<std::pair<int, Vec3>>> near(cells_.size());
+  SoftNeighbors near(cells_.size());
   threads_.forEach(std::int64_t(cells_.size()), [&](std::int64_t i, int) {
     const Cell& a = cells_[i];
     auto at = std::lower_bound(images.begin(), images.end(), low(a, 0) - reach - longest,
@@ -246,13 +414,12 @@ std::vector<std::vector<std::pair<int, Vec3>>> SoftCells::neighbors() const {
   return near;
 }
 
-void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near) {
+void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near, Thread& thread) {
   Cell& cell = cells_[i];
-  ContactLister lister(kernels_);
-  cell.fours.clear();
-  cell.groups.clear();
+  thread.fours.clear();
   const ListedCell first{&clusters_[cell.membrane], &cell.outline, cell.position.data()};
   for (const auto& [j, shift] : near) {
+    if (!shares_.isMine(i) && !shares_.isMine(j)) continue;
     const Cell& other = cells_[j];
     const Vec3 apart = other.anchor + shift - cell.anchor;
     const float offset[3] = {float(apart[0]), float(apart[1]), float(apart[2])};
@@ -265,37 +432,42 @@ void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near) {
       if (kind == ContactKind::edgeEdge && !listsEdges) continue;
       const double range = kind == ContactKind::edgeEdge ? settings_.edgeRange : settings_.range;
       const float limit = float(range + skin_ + (same ? 0.0 : settings_.clearance));
-      const int found = lister.list(kind, first, second, offset, limit, same, cell.fours);
+      const int found = thread.lister.list(kind, first, second, offset, limit, same, thread.fours);
       if (found > 0)
         cell.groups.push_back({j,
                                kind,
                                same,
                                {offset[0], offset[1], offset[2]},
-                               (cell.fours.size() - found) / ContactFours::width,
+                               (thread.fours.size() - found) / ContactFours::width,
                                found});
     }
   }
+  cell.fours.takeOver(thread.fours);
+  cell.until.assign(std::size_t((cell.fours.size() + ContactFours::width - 1) / ContactFours::width), 0.0f);
 }
 
 /// The forces on a cell of the contacts that it lists, and their reactions.
-void SoftCells::contacts(Cell& cell) const {
-  const float scale = float(scaleOf(cell));
-  std::fill(cell.force.begin(), cell.force.end(), 0.0f);
+void SoftCells::contacts(Cell& cell, Thread& thread) const {
+  const float scale = cell.scale;
+  std::vector<float>& force = shares_.isMine(cell.number) ? cell.force : thread.force;
+  std::vector<float>& gap = shares_.isMine(cell.number) ? cell.gap : thread.gap;
+  force.assign(cell.position.size(), 0.0f);
   // What is not listed is farther away than the shorter range.
-  std::fill(cell.gap.begin(), cell.gap.end(), float(std::min(settings_.edgeRange, settings_.range)) * scale);
-  std::size_t used = 0;
+  gap.assign(cell.position.size() / 4, float(std::min(settings_.edgeRange, settings_.range)) * scale);
   for (Cell::Group& group : cell.groups) {
     const Cell& other = cells_[group.other];
     const CellPair pair{
         cell.position.data(), other.position.data(), {group.offset[0], group.offset[1], group.offset[2]}};
     const double range = group.kind == ContactKind::edgeEdge ? settings_.edgeRange : settings_.range;
     const Barrier barrier{group.own ? 0.0f : float(settings_.clearance),
-                          float(range * 0.5 * (scale + scaleOf(other))), float(settings_.stiffness)};
-    if (cell.reactions.size() < used + std::size_t(group.size)) cell.reactions.resize(used + group.size);
-    group.reactions = used;
-    used += kernels_.forces(group.kind, pair, cell.fours.blocks() + group.begin, group.size, barrier,
-                            cell.force.data(), cell.gap.data(), cell.reactions.data() + used);
-    group.reactionsEnd = used;
+                          float(range * 0.5 * (scale + double(other.scale))), float(settings_.stiffness)};
+    Reaction* const reactions = thread.room(group.size);
+    const int found = kernels_.forces(group.kind, pair, cell.fours.blocks() + group.begin, group.size,
+                                      barrier, {cell.moved + other.moved, cell.until.data() + group.begin},
+                                      force.data(), gap.data(), reactions);
+    thread.used += std::size_t(found);
+    group.reactions = reactions;
+    group.reactionsEnd = reactions + found;
   }
 }
 
@@ -305,8 +477,8 @@ void SoftCells::reactions(Cell& cell) const {
     const Cell& from = cells_[source.cell];
     const Cell::Group& group = from.groups[source.group];
     const int corners = group.kind == ContactKind::edgeEdge ? 2 : 3;
-    for (std::size_t r = group.reactions; r < group.reactionsEnd; ++r) {
-      const Reaction& one = from.reactions[r];
+    for (const Reaction* reaction = group.reactions; reaction != group.reactionsEnd; ++reaction) {
+      const Reaction& one = *reaction;
       for (int c = 0; c < corners; ++c) {
         float* f = cell.force.data() + 4 * one.vertex[c];
         for (int k = 0; k < 3; ++k) f[k] -= one.weight[c] * one.force[k];
@@ -316,7 +488,7 @@ void SoftCells::reactions(Cell& cell) const {
       }
     }
   }
-  if (cell.wallNumber >= 0) wallForces(cell, float(scaleOf(cell)));
+  if (cell.wallNumber >= 0) wallForces(cell, cell.scale);
 }
 
 void SoftCells::wallForces(Cell& cell, float scale) const {
@@ -338,23 +510,27 @@ void SoftCells::wallForces(Cell& cell, float scale) const {
 
 void SoftCells::advance(Batch& batch, std::vector<float>& scratch) {
   const MembraneView& m = views_[batch.membrane];
-  scratch.resize(std::max(scratch.size(), m.scratch() * width));
+  const std::size_t numbers = std::size_t(m.vertices) * width;
+  scratch.resize(std::max(scratch.size(), m.scratch() * width + 5 * numbers));
+  float* const forces = scratch.data() + m.scratch() * width;
+  float* const gaps = forces + 4 * numbers;
   Cell* cells[width];
   for (int lane = 0; lane < width; ++lane)
     cells[lane] = &cells_[batch.cells[lane < int(batch.cells.size()) ? lane : 0]];
   for (int v = 0; v < m.vertices; ++v)
     for (int lane = 0; lane < width; ++lane) {
       const float* f = cells[lane]->force.data() + 4 * v;
-      for (int k = 0; k < 4; ++k) batch.force[(4 * v + k) * width + lane] = f[k];
-      batch.gap[v * width + lane] = cells[lane]->gap[v];
+      for (int k = 0; k < 4; ++k) forces[(4 * v + k) * width + lane] = f[k];
+      gaps[v * width + lane] = cells[lane]->gap[v];
     }
   const double ofLinks = linksAround * (1.0 + 1.0 / MembraneLimits::link) * m.linkForce * m.inverseMeanEdge;
   const double stiffness = std::max(ofLinks, volumeShare * m.volumeStiffness);
   membraneKernel_(
       m,
-      {batch.position.data(), batch.listed.data(), batch.step.data(), batch.force.data(), batch.gap.data(),
-       scratch.data(), batch.scale, batch.moves, batch.volume, batch.largestForce, batch.farthest},
+      {batch.position.data(), batch.listed.data(), batch.step.data(), forces, gaps, scratch.data(),
+       batch.scale, batch.moves, batch.volume, batch.largestForce, batch.farthest},
       {float(settings_.momentum), float(settings_.shareOfGap), mostStep_, float(stiffness)});
+  float largest[width] = {};
   for (int v = 0; v < m.vertices; ++v)
     for (int lane = 0; lane < int(batch.cells.size()); ++lane) {
       float squared = 0.0f;
@@ -364,7 +540,9 @@ void SoftCells::advance(Batch& batch, std::vector<float>& scratch) {
         squared += s * s;
       }
       cells[lane]->wall[v] -= std::sqrt(squared);
+      largest[lane] = std::max(largest[lane], squared);
     }
+  for (int lane = 0; lane < int(batch.cells.size()); ++lane) cells[lane]->moved += std::sqrt(largest[lane]);
 }
 
 void SoftCells::grow() {
@@ -374,28 +552,35 @@ void SoftCells::grow() {
       const double atRest = membranes_[batch.membrane]->volume() * scale * scale * scale;
       if (scale < 1.0f && batch.volume[lane] > (1.0 - settings_.mostCompressed) * atRest)
         scale = std::min(1.0f, scale * float(1.0 + settings_.swelling));
+      cells_[batch.cells[lane]].scale = scale;
     }
+  summarize();
   if (smallestScale() == 1.0) stiffening_ = std::max(1.0, softening * stiffening_);
 }
 
 void SoftCells::step() {
   // What is not listed stays out of range as long as no vertex moves by more than half a skin.
-  float farthest = 0.0f;
-  for (const Batch& batch : batches_)
-    farthest = std::max(farthest, *std::max_element(batch.farthest, batch.farthest + width));
-  if (!listed_ || farthest > float(listedFor * skin_)) {
+  if (!listed_ || farthest_ > float(listedFor * skin_)) {
+    skin_ = settings_.skin * smallestScale();
     listContacts();
-    farthest = 0.0f;
+    for (Batch& batch : batches_) {
+      batch.listed = batch.position;
+      std::fill(batch.farthest, batch.farthest + width, 0.0f);
+    }
+    listed_ = true;
+    farthest_ = 0.0f;
   }
-  mostStep_ = 0.5f * float(skin_) - farthest;
+  mostStep_ = 0.5f * float(skin_) - farthest_;
   for (std::size_t m = 0; m < views_.size(); ++m)
     views_[m].bendForce = membranes_[m]->view().bendForce * float(stiffening_);
-  const std::int64_t cells = std::int64_t(cells_.size());
-  threads_.forEach(cells, [&](std::int64_t i, int) { contacts(cells_[i]); });
-  threads_.forEach(cells, [&](std::int64_t i, int) { reactions(cells_[i]); });
+  for (Thread& thread : ofThread_) thread.page = thread.used = 0;
+  threads_.forEach(std::int64_t(listing_.size()),
+                   [&](std::int64_t n, int thread) { contacts(cells_[listing_[n]], ofThread_[thread]); });
+  threads_.forEach(std::int64_t(mine().size()), [&](std::int64_t n, int) { reactions(cells_[mine()[n]]); });
   threads_.forEach(std::int64_t(batches_.size()),
-                   [&](std::int64_t b, int thread) { advance(batches_[b], scratch_[thread]); });
+                   [&](std::int64_t b, int thread) { advance(batches_[b], ofThread_[thread].numbers); });
   grow();
+  exchange();
   ++iterations_;
 }
 

@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/packing/packing_problem.h"
 #include "packMesh/parallel/threads.h"
 #include "packMesh/soft/contact_lists.h"
 #include "packMesh/soft/membrane.h"
 #include "packMesh/soft/soft_kernels.h"
+#include "packMesh/soft/soft_shares.h"
 
 namespace packmesh {
 
@@ -48,38 +50,59 @@ struct SoftCell {
 
 class SoftCells {
  public:
+  /// Each rank computes the cells of some blocks of the lumen. All ranks call everything together, but for
+  /// functions of single cells.
+  /// @param cells of all ranks
   /// @param period of the lumen along each axis, 0 where it is not periodic [µm]
   /// Pre: no two meshes meet, nor does one meet itself or the wall
   SoftCells(std::vector<SoftCell> cells, const Vec3& period, std::vector<WallGap> walls,
-            const SoftSettings& settings, const Threads& threads);
+            const SoftSettings& settings, const Threads& threads, const Communicator& ranks = {});
   ~SoftCells();
 
   /// Grows all cells that have room for it, and moves every vertex by a step down the energy. The result does
-  /// not depend on the number of threads.
+  /// not depend on the number of ranks and threads.
   void step();
 
   std::int64_t iterations() const { return iterations_; }
   /// Whether all cells have their full size, and the membranes their own stiffness.
   bool full() const { return stiffening_ == 1.0 && smallestScale() == 1.0; }
-  double smallestScale() const;
+  /// Iterations until then, if cells go on growing as since all had this scale.
+  std::int64_t iterationsUntilFull(double startScale) const;
+  double smallestScale() const { return smallestScale_; }
+  double largestForce() const { return largestForce_; }  ///< on one that moves, in the last step [pN]
+
+  const std::vector<int>& mine() const { return shares_.mine(); }  ///< the cells of this rank, ascending
+  /// Makes all cells known to all ranks, until the next step.
+  void gather();
+  // Pre: it is of this rank, or all are known to it
   double scale(std::size_t cell) const;  ///< of its state at rest
-  double largestForce() const;           ///< on a vertex of a cell that moves, in the last step [pN]
   std::vector<Vec3> vertices(std::size_t cell) const;
+
+  /// Everything that the next steps depend on: the numbers of this rank's share of the cells (IdShares), the
+  /// first counter (iterations) and the first two numbers.
+  void save(SoftPosition& to) const;
+  /// Pre: saved by such cells, all of them
+  void restore(const SoftPosition& from);
 
  private:
   struct Batch;
   struct Cell;
-  void addCells(const std::vector<SoftCell>& cells);
+  struct Thread;
+  void addCells(const std::vector<SoftCell>& cells, const Communicator& ranks);
   void fillBatches(const std::vector<SoftCell>& cells);
+  void summarize();
   void listContacts();
-  std::vector<std::vector<std::pair<int, Vec3>>> neighbors() const;
-  void listFor(int i, const std::vector<std::pair<int, Vec3>>& neighbors);
-  void contacts(Cell& cell) const;
+  void forgetOthers();
+  void exchange();
+  void pack(int cell, std::vector<float>& to) const;
+  const float* unpack(int cell, const float* from);
+  SoftNeighbors neighbors() const;
+  void listFor(int i, const std::vector<std::pair<int, Vec3>>& neighbors, Thread& thread);
+  void contacts(Cell& cell, Thread& thread) const;
   void reactions(Cell& cell) const;
   void wallForces(Cell& cell, float scale) const;
   void advance(Batch& batch, std::vector<float>& scratch);
   void grow();
-  double scaleOf(const Cell& cell) const;
 
   std::vector<WallGap> walls_;
   Vec3 period_;
@@ -91,10 +114,14 @@ class SoftCells {
   std::vector<MembraneView> views_;
   std::vector<Clusters> clusters_;
   std::vector<Cell> cells_;
-  std::vector<Batch> batches_;
-  std::vector<std::vector<float>> scratch_;  ///< of each thread
+  SoftShares shares_;
+  std::vector<int> listing_;    ///< cells with contacts that concern those of this rank
+  std::vector<Batch> batches_;  ///< of this rank
+  std::vector<Thread> ofThread_;
   std::int64_t iterations_ = 0;
   double stiffening_;
+  double smallestScale_ = 1.0, largestForce_ = 0.0;
+  float farthest_ = 0.0f;  ///< of all vertices, since contacts were listed [µm]
   double skin_ = 0.0;      ///< of the lists [µm]
   float mostStep_ = 0.0f;  ///< of the current iteration [µm]
   bool listed_ = false;

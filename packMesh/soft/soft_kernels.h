@@ -101,12 +101,18 @@ struct Reaction {
   float gap;        ///< [µm]
 };
 
+/// Contacts out of range are not computed until the cells have moved so far that they can be within it.
+struct Approach {
+  float moved;   ///< sum of the largest steps of both cells since contacts were listed [µm]
+  float* until;  ///< of each block: its least distance and `moved` when it was computed; 0: not yet [µm]
+};
+
 /// Forces of contacts on the first cell, and the reactions.
 /// @param forces of the first cell, 4 per vertex: force [pN] and stiffness [pN/µm]; added to
 /// @param gaps of the first cell: no nearer is what a vertex' edges and triangles could meet [µm]; lowered
 /// @param reactions at least `size` long. @return their number
 using ContactForces = int (*)(ContactKind, const CellPair&, const VertexFours*, int size, const Barrier&,
-                              float* forces, float* gaps, Reaction* reactions);
+                              const Approach&, float* forces, float* gaps, Reaction* reactions);
 
 /// Two pieces of a membrane can only meet if they face each other. Pieces whose normals have a larger product
 /// cannot, unless others are in between.

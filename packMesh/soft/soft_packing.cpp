@@ -13,7 +13,9 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/packing/engine.h"
+#include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
 #include "packMesh/soft/soft_cells.h"
 
 namespace packmesh {
@@ -52,6 +54,10 @@ constexpr double mostOfDeformed = 0.1;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 10;
 constexpr std::int64_t reportEvery = 10;
+/// In boxes, after cells have grown and bending has its own stiffness: iterations, and decrease of the
+/// logarithm of the largest force in one.
+constexpr std::int64_t usualRest = 20;
+constexpr double usualDecay = 0.05;
 
 /// By how much distances of a wall may be too large [µm].
 double excessOf(const Wall& wall, const Box& region) {
@@ -127,11 +133,26 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
   return small;
 }
 
+/// Of what is not in the physics.
+std::string digestOf(const std::vector<SoftSpecies>& softness) {
+  Digest digest;
+  for (const SoftSpecies& one : softness) {
+    const auto& [link, bend, volume, area, thermalEnergy, spacing] = one.membrane;
+    for (const double constant : {link, bend, volume, area, thermalEnergy, spacing}) digest.add(constant);
+    digest.add(one.rigid);
+  }
+  return digest.text();
+}
+
 class SoftPacker {
  public:
   SoftPacker(const PackingProblem& problem, const std::vector<SoftSpecies>& softness,
              const SoftLimits& limits)
-      : problem_(problem), physics_(problem.physics), limits_(limits), control_(problem) {
+      : problem_(problem),
+        physics_(problem.physics),
+        limits_(limits),
+        control_(problem),
+        membranesDigest_(digestOf(softness)) {
     double volume = 0.0, area = 0.0, growing = 0.0;
     for (std::size_t s = 0; s < physics_.species.size(); ++s) {
       const Species& species = physics_.species[s];
@@ -158,27 +179,34 @@ class SoftPacker {
   }
 
   SoftPacking run() {
+    if (problem_.resume) resume(*problem_.resume);
     SoftPacking out;
-    for (attempt_ = 0; attempt_ < mostAttempts; ++attempt_) {
+    for (; attempt_ < mostAttempts; ++attempt_) {
       out = attempt();
       const bool beyondLimits = out.outcome == Outcome::outOfReach && out.iterations > 0 && out.scale == 1.0;
       if (!beyondLimits || control_.stopped()) break;
     }
-    if (out.outcome == Outcome::outOfReach && limits_.fewerCells && cells_) takeOutUntilPacked(out);
+    const bool failed = out.outcome == Outcome::outOfReach;
+    if (cells_ && problem_.checkpoints &&
+        (out.outcome == Outcome::interrupted || (failed && limits_.savesFailed)))
+      problem_.checkpoints->save(state());
+    if (failed && limits_.fewerCells && cells_) takeOutUntilPacked(out);
     return out;
   }
 
  private:
   SoftPacking attempt() {
     SoftPacking out;
-    if (!placeSmallCells(out)) return out;
-    out.startScale = scale_;
-    if (scale_ == 1.0) {
-      out.outcome = Outcome::certified;
-      return out;
+    if (!std::exchange(resumed_, false)) {
+      if (!placeSmallCells(out)) return out;
+      if (scale_ == 1.0) {
+        out.outcome = Outcome::certified;
+        return out;
+      }
+      begin();
     }
-    begin();
-    const bool packed = relaxDeepContacts(limits_.iterations);
+    out.startScale = scale_;
+    const bool packed = growAndComeToRest(limits_.iterations, true);
     out.iterations = cells_->iterations();
     out.scale = cells_->smallestScale();
     if (control_.interrupted()) {
@@ -189,31 +217,89 @@ class SoftPacker {
     if (packed) {
       out.outcome = Outcome::certified;
       out.cells = result();
+      if (problem_.checkpoints && problem_.checkpoints->due) out.end = state();
     }
     return out;
   }
 
-  /// Lets cells grow and come to rest. @return whether all have full size, and are within the limits
-  bool relaxDeepContacts(std::int64_t iterations) {
+  /// @return whether all have full size, and are within the limits
+  bool growAndComeToRest(std::int64_t iterations, bool withCheckpoints) {
     SoftCells& cells = *cells_;
-    double tolerance = atRest, before = std::numeric_limits<double>::infinity();
-    while (!control_.stopped() && cells.iterations() < iterations) {
+    while (!atRest_ && !control_.stopped() && cells.iterations() < iterations) {
       cells.step();
       report();
-      if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance) continue;
-      const Deformation most = largestDeformation();
-      if ((most.force <= limits_.aim && limits_.allow(most)) || tolerance <= leastAtRest) break;
-      if (limits_.allow(most) && most.force > worthResting * before) break;
-      before = most.force;
-      tolerance *= 0.5;
+      atRest_ = isAtRest();
+      if (withCheckpoints && problem_.checkpoints && problem_.checkpoints->due &&
+          problem_.execution.communicator.any(problem_.checkpoints->due()))
+        problem_.checkpoints->save(state());
     }
     return cells.full() && limits_.allow(largestDeformation());
+  }
+
+  /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
+  bool isAtRest() {
+    const SoftCells& cells = *cells_;
+    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance_)
+      return false;
+    const Deformation most = largestDeformation();
+    if ((most.force <= limits_.aim && limits_.allow(most)) || tolerance_ <= leastAtRest) return true;
+    if (limits_.allow(most) && forceBefore_ > 0.0 && most.force > worthResting * forceBefore_) return true;
+    forceBefore_ = most.force;
+    tolerance_ *= 0.5;
+    return false;
+  }
+
+  PackingState state() const {
+    PackingState out;
+    out.position.stage = Stage::soft;
+    out.cellCount = std::int64_t(placed_.size());
+    const auto [first, end] = IdShares(out.cellCount, problem_.execution.communicator).own();
+    for (std::int64_t i = first; i < end; ++i) {
+      const int s = placed_[i].species;
+      out.cells.push_back(stateOf(i, s, grows_[s] ? physics_.species[s].shape : placed_[i].shape, poses_[i]));
+      if (grows_[s]) out.cells.back().scale = scale_;
+    }
+    SoftPosition& soft = out.soft.emplace();
+    cells_->save(soft);
+    soft.membranes = membranesDigest_;
+    soft.counters[1] = attemptOfCells_;
+    soft.counters[2] = atRest_;
+    soft.numbers[2] = scale_;
+    soft.numbers[3] = tolerance_;
+    soft.numbers[4] = forceBefore_;
+    return out;
+  }
+
+  void resume(const PackingState& state) {
+    const Communicator& ranks = problem_.execution.communicator;
+    SoftPosition soft = *state.soft;
+    if (soft.membranes != membranesDigest_)
+      throw InputError(
+          "the cells of the state to continue from have other membranes: the constants of their XML files, "
+          "the lattice spacing, or which cells are rigid, differ");
+    attempt_ = int(soft.counters[1]);
+    scale_ = soft.numbers[2];
+    small_ = smallPhysics(scale_);
+    for (const BodyState& cell : ranks.gatherAll(state.cells)) {
+      poses_.push_back({1.0, cell.orientation, cell.position});
+      const int shape = grows_[cell.species] ? small_.species[cell.species].shape : cell.shape;
+      placed_.push_back({cell.species, shape, small_.placement(poses_.back())});
+    }
+    begin();
+    soft.cells = ranks.gatherAll(soft.cells);
+    soft.vertices = ranks.gatherAll(soft.vertices);
+    cells_->restore(soft);
+    atRest_ = soft.counters[2] != 0;
+    tolerance_ = soft.numbers[3];
+    forceBefore_ = soft.numbers[4];
+    resumed_ = true;
   }
 
   /// Takes out cells until the others can be packed.
   void takeOutUntilPacked(SoftPacking& out) {
     if (control_.limited()) control_.stopAfter(problem_.execution.limits.maxSeconds);
     for (int round = 0; round < mostRounds && !control_.stopped(); ++round) {
+      cells_->gather();
       const std::vector<char> taken = withoutRoom();
       std::vector<SoftCell> left;
       std::size_t kept = 0;
@@ -229,7 +315,7 @@ class SoftPacker {
                        [&](const PlacedCell& cell) { return grows_[cell.species]; }))
         return;
       begin(std::move(left));
-      const bool packed = relaxDeepContacts(std::min(limits_.iterations, iterationsOfRound));
+      const bool packed = growAndComeToRest(std::min(limits_.iterations, iterationsOfRound), false);
       if (control_.interrupted()) {
         out.outcome = Outcome::interrupted;
         return;
@@ -277,12 +363,17 @@ class SoftPacker {
     return false;
   }
 
-  /// Packs undeformed cells at a scale. @return false: they are not packed easily
-  bool placeUndeformed(double scale) {
+  Physics smallPhysics(double scale) const {
     // Those of full size are a result, if there are any.
     const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
-    PackingProblem small{scaledPhysics(physics_, grows_, scale, gap), nullptr, problem_.execution};
-    small.physics.seed += std::uint64_t(attempt_);
+    Physics small = scaledPhysics(physics_, grows_, scale, gap);
+    small.seed += std::uint64_t(attempt_);
+    return small;
+  }
+
+  /// Packs undeformed cells at a scale. @return false: they are not packed easily
+  bool placeUndeformed(double scale) {
+    PackingProblem small{smallPhysics(scale), nullptr, problem_.execution};
     if (problem_.execution.progress)
       small.execution.progress = [this, scale](Progress progress) {
         progress.scale *= scale;
@@ -334,16 +425,27 @@ class SoftPacker {
     SoftSettings settings = settings_;
     if (std::all_of(cells.begin(), cells.end(), [](const SoftCell& cell) { return cell.scale == 1.0; }))
       settings.stiffening = 1.0;  // it is for cells that grow
+    attemptOfCells_ = attempt_;
+    atRest_ = false;
+    tolerance_ = atRest;
+    forceBefore_ = 0.0;
     cells_ = std::make_unique<SoftCells>(std::move(cells), physics_.container->period(), walls_, settings,
-                                         problem_.execution.threads);
+                                         problem_.execution.threads, problem_.execution.communicator);
   }
 
   std::vector<Deformation> deformations() const {
-    std::vector<Deformation> each(placed_.size());
-    problem_.execution.threads.forEach(std::int64_t(each.size()), [&](std::int64_t i, int) {
-      if (grows_[placed_[i].species])
-        each[i] = deformationOf(*membranes_[placed_[i].species], cells_->vertices(std::size_t(i)));
+    struct Deformed {
+      int cell;
+      Deformation by;
+    };
+    std::vector<Deformed> mine;
+    for (const int i : cells_->mine()) mine.push_back({i, {}});
+    problem_.execution.threads.forEach(std::int64_t(mine.size()), [&](std::int64_t n, int) {
+      const int i = mine[n].cell, s = placed_[i].species;
+      if (grows_[s]) mine[n].by = deformationOf(*membranes_[s], cells_->vertices(std::size_t(i)));
     });
+    std::vector<Deformation> each(placed_.size());
+    for (const Deformed& one : problem_.execution.communicator.gatherAll(mine)) each[one.cell] = one.by;
     return each;
   }
 
@@ -354,7 +456,8 @@ class SoftPacker {
   }
 
   std::vector<Cell> result() const {
-    const SoftCells& cells = *cells_;
+    SoftCells& cells = *cells_;
+    cells.gather();
     std::vector<Cell> out;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
@@ -374,10 +477,19 @@ class SoftPacker {
     return out;
   }
 
+  /// As far as can be told: some cells keep a fold and come to rest in thousands of iterations.
+  std::int64_t iterationsLeft() const {
+    const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
+    if (untilFull > 0) return untilFull + usualRest;
+    if (tolerance_ < atRest) return 0;
+    return std::max<std::int64_t>(1, std::llround(std::log(cells_->largestForce() / atRest) / usualDecay));
+  }
+
   void report() const {
     const SoftCells& cells = *cells_;
     if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
-    problem_.execution.progress({softCellsStage, cells.iterations(), cells.smallestScale(), 0.0, 0});
+    problem_.execution.progress(
+        {softCellsStage, cells.iterations(), cells.smallestScale(), 0.0, 0, iterationsLeft()});
   }
 
   const PackingProblem& problem_;
@@ -389,7 +501,13 @@ class SoftPacker {
   std::vector<char> grows_;                ///< of each species, whether its cells are soft
   double fraction_ = 0.0, growing_ = 0.0;  ///< of the lumen, that cells fill; that soft ones fill
   double scale_ = 1.0;
-  int attempt_ = 0;
+  int attempt_ = 0, attemptOfCells_ = 0;
+  bool resumed_ = false;  ///< the attempt begins with cells that are there
+  std::string membranesDigest_;
+  // Whether the cells are at rest, and what decides it: the largest force of the method, and HemoCell's the
+  // last time that the method's was small enough; 0: not yet [pN]
+  bool atRest_ = false;
+  double tolerance_ = atRest, forceBefore_ = 0.0;
   Physics small_;
   std::vector<PlacedCell> placed_;  ///< undeformed, of all ranks
   std::vector<Pose> poses_;         ///< of the same

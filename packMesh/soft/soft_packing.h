@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "packMesh/packing/packing_problem.h"
@@ -11,9 +12,6 @@
 #include "packMesh/soft/membrane.h"
 
 namespace packmesh {
-
-/// The stage of progress in which cells are soft.
-inline constexpr const char* softCellsStage = "soft cells";
 
 /// The cells of a species of the physics.
 struct SoftSpecies {
@@ -32,6 +30,8 @@ struct SoftPacking {
   double scale = 1.0;       ///< smallest of a cell at the end
   Deformation most;         ///< largest force and largest changes of a cell at the end
   std::int64_t iterations = 0;
+  /// If all could be packed and the problem has Checkpoints::due: the state before they are certified.
+  std::optional<PackingState> end = {};
 };
 
 /// What deformable cells may bear. Changes of volume and area: half of the strain at which HemoCell's law of
@@ -45,6 +45,7 @@ struct SoftLimits {
   std::int64_t iterations = 20000;
   /// If not all cells can be packed: whether those that find no room are taken out until the others can.
   bool fewerCells = false;
+  bool savesFailed = true;  ///< if there are checkpoints: also of a packing that did not succeed
 
   double share(const Deformation& of) const;  ///< the largest, of these limits
   bool allow(const Deformation& of) const { return share(of) <= 1.0; }
@@ -52,13 +53,16 @@ struct SoftLimits {
 
 /// Packs undeformed cells that are so small that this is easy, and lets them grow as deformable ones. Gaps
 /// between cells and to the wall are at least those of the physics; constraints on positions and orientations
-/// apply to the small cells, layers without cells to all. All ranks call, and do the same work.
+/// apply to the small cells, layers without cells to all. All ranks call.
+///
+/// From the first step of soft cells on there are checkpoints, from which it continues with the same result
+/// (PackingProblem::resume); the last one is that of all cells.
 ///
 /// Where undeformed cells can be packed, none are deformed, and the result is empty. `certified` means that
 /// all cells have full size and are within the limits. No step of the method lets membranes meet, but
 /// in single precision: the cells are to be certified by the numbers that are written.
 /// @param species those of the problem
-/// @throws InputError like pack()
+/// @throws InputError like pack(), and if the state to continue from is of other membranes
 SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits);
 

@@ -15,7 +15,7 @@ namespace {
 /// Beyond what undeformed cells can fill, and small: 9 red cells, 1 platelet.
 const std::string dense = "10 10 10 --ends periodic --hematocrit 0.73 --soft ";
 
-/// Of a packing of soft cells that does not succeed.
+/// Of a packing of soft cells that does not succeed, but leaves a checkpoint of those that were soft.
 Ran failed(const TemporaryFolder& folder, const std::string& arguments, int code) {
   Ran ran = run(folder.path(), arguments + " --state s.h5");
   INFO(ran.all());
@@ -164,7 +164,7 @@ TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed
   CHECK_THAT(run(folder.path(), dense + "--soft=maybe").err, Contains("expected true, false or auto"));
 }
 
-TEST_CASE("A signal and the time limit end packing soft cells", "[executable]") {
+TEST_CASE("A signal and the time limit end packing soft cells, and a restart continues", "[executable]") {
   const TemporaryFolder folder, scripts;
   // The signal comes when cells are soft, as the first line of progress of that stage says.
   writeText(scripts.path() / "end.py", R"(import signal, subprocess, sys
@@ -180,9 +180,55 @@ sys.exit(run.wait())
                       "python3 '" + (scripts.path() / "end.py").string() + "'");
   INFO(ran.all());
   CHECK(ran.exitCode == 130);
-  CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
-  CHECK(std::filesystem::is_empty(folder.path()));
+  CHECK_THAT(ran.err, Contains("to continue: packMesh --restart s.checkpoint.h5"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.h5"));
+  CHECK_THAT(ok(folder, "--restart s.checkpoint.h5 --max-force 10").out,
+             Contains("Continuing from s.checkpoint.h5: after ") && Contains(" iterations of soft cells") &&
+                 Contains("Deformed cells: 10"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.checkpoint.h5"));
+  CHECK_THAT(run(folder.path(), "--restart s.h5").err,
+             Contains("s.h5: is the result of packing soft cells; --start s.h5 takes its cells"));
+  std::filesystem::remove(folder.path() / "s.h5");
   CHECK_THAT(failed(folder, endless + " --max-time 2", 3).err, Contains("within the limits (2 s)"));
+}
+
+TEST_CASE("Soft cells that ended at limits continue on any number of ranks to the same state",
+          "[executable][mpi]") {
+  // The limit holds for the undeformed cells with which packing begins, too.
+  const auto packed = [](const std::vector<std::pair<int, int>>& limitsAndRanks) {
+    const TemporaryFolder folder;
+    std::string restart;
+    for (const auto& [limit, ranks] : limitsAndRanks) {
+      const Ran ran =
+          run(folder.path(), restart + dense + "--state s.h5 --max-iterations " + std::to_string(limit),
+              "packMesh", ranks > 1 ? "OMP_NUM_THREADS=1 " + onRanks(ranks) : std::string());
+      INFO(ran.all());
+      const bool ends = limit == limitsAndRanks.back().first;
+      REQUIRE(ran.exitCode == (ends ? 0 : 3));
+      CHECK(std::filesystem::exists(folder.path() / "s.checkpoint.h5") == !ends);
+      if (!ends)
+        CHECK_THAT(ran.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
+      if (!restart.empty()) CHECK_THAT(ran.out, Contains(" iterations of soft cells"));
+      restart = "--restart s.checkpoint.h5 ";
+    }
+    return readText(folder.path() / "s.h5");
+  };
+  const std::string expected = packed({{30, 1}, {500, 1}});
+  CHECK((packed({{30, 1}, {500, 2}}) == expected));
+  CHECK((packed({{30, 2}, {40, 4}, {500, 1}}) == expected));
+}
+
+TEST_CASE("A checkpoint of soft cells is refused by another request", "[executable]") {
+  const TemporaryFolder folder;
+  failed(folder, dense + "--max-iterations 20", 3);
+  const std::string restart = "--restart s.checkpoint.h5 ";
+  for (const char* other : {"--seed 2", "--clearance 0.02", "--plt_ratio 0.2"})
+    CHECK_THAT(failed(folder, restart + dense + other, 2).err, Contains("is the state of another problem"));
+  CHECK_THAT(failed(folder, restart + dense + "--rigid PLT", 2).err, Contains("have other membranes"));
+  CHECK_THAT(failed(folder, restart + "10 10 10 --ends periodic --hematocrit 0.73", 2).err,
+             Contains("s.checkpoint.h5: is the state of soft cells (--soft)"));
+  CHECK_THAT(failed(folder, "--start s.checkpoint.h5 " + dense, 2).err,
+             Contains("has cells that still grow"));
 }
 
 TEST_CASE("What soft cells exclude is refused before packing", "[executable]") {

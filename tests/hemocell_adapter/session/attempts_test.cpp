@@ -64,6 +64,23 @@ TEST_CASE("One attempt packs with the clearances that it is given, or says that 
   CHECK(packed->wallClearance == 0.1);
 }
 
+TEST_CASE("The remaining time of soft cells follows from what is left and what was done", "[attempts]") {
+  const SilentAttempts silence;
+  const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--soft"});
+  LumenSample sample(*problem);
+  ProgressLog progress(*problem, sample);
+  const auto at = [](std::int64_t iteration, std::int64_t left) {
+    return Progress{softCellsStage, iteration, 1.0, 0.0, 0, left};
+  };
+  CHECK_FALSE(progress.remaining(at(10, 90), 5.0));  // the first one
+  CHECK(progress.remaining(at(20, 60), 9.0) == Approx(60 * 4.0 / 10));
+  CHECK(progress.remaining(at(50, 10), 25.0) == Approx(10 * 20.0 / 40));
+  CHECK_THAT(progress.text(at(50, 10), 25.0), Catch::Matchers::Contains("about 5 s left"));
+  CHECK_FALSE(progress.remaining(at(60, 0), 30.0));
+  CHECK_FALSE(progress.remaining(at(10, 90), 31.0));  // another attempt
+  CHECK(progress.remaining(at(20, 80), 41.0) == Approx(80.0));
+}
+
 TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {
   const SilentAttempts silence;
   const OutputRequest output;

@@ -6,9 +6,11 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
+#include "packMesh/packing/state_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/temporary_folder.h"
 
@@ -80,7 +82,7 @@ namespace {
 class Quiet {
  public:
   explicit Quiet(const std::vector<std::string>& words, const Hooks& hooks = {})
-      : completed(requestToPack(parseCommandLine("packMesh", words).request)),
+      : completed(requestToPack(continued(parseCommandLine("packMesh", words).request))),
         output(outputsToPack(completed)),
         session(returnedToPython, hooks, ranks) {
     log::setLevel(log::Level::silent);
@@ -173,6 +175,26 @@ TEST_CASE("An interrupted session hands out nothing", "[session]") {
   hooks.interrupted = [] { return true; };
   const AgreedFailure failure = Quiet({"16", "16", "16", "--rbc", "6"}, hooks).failure();
   CHECK(failure.code() == ExitCode::interrupted);
+}
+
+TEST_CASE("Soft cells whose certificate is interrupted are certified when the run continues", "[session]") {
+  const test::TemporaryFolder folder;
+  const std::string state = (folder.path() / "s.h5").string(), checkpoint = folder.path() / "s.checkpoint.h5";
+  const std::vector<std::string> asked = {"10",   "10",     "10",      "--ends", "periodic", "--hematocrit",
+                                          "0.73", "--soft", "--state", state,    "--seed",   "3"};
+  std::int64_t polls = 0, most = std::numeric_limits<std::int64_t>::max();
+  Hooks hooks;
+  hooks.interrupted = [&] { return ++polls > most; };
+  hooks.progress = [](const Progress&, ProgressLog&) {};
+  const Packing whole = Quiet(asked, hooks).pack();
+  most = std::exchange(polls, 0) - 2;  // the last ones are those of the certificate
+  CHECK_THAT(Quiet(asked, hooks).failure().what(), Contains("restart from " + checkpoint));
+  CHECK(readStateHead(checkpoint).stage == softCellsStage);
+  const Packing rest = Quiet({"--restart", checkpoint}).pack();
+  REQUIRE(rest.cellCount == whole.cellCount);
+  for (std::size_t i = 0; i < whole.cells.size(); ++i)
+    CHECK(rest.problem->shapes[rest.cells[i].shape]->mesh().vertices ==
+          whole.problem->shapes[whole.cells[i].shape]->mesh().vertices);
 }
 
 TEST_CASE("The end of preparation owns what it needs", "[session]") {

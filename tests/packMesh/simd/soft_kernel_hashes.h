@@ -56,8 +56,9 @@ inline Hash proximity(InstructionSet set, ContactKind kind) {
     const CellPair pair{cells[0].data(), cells[1].data(), {offset[0], offset[1], offset[2]}};
     std::vector<float> forces(4 * vertices), gaps(vertices, 1.0f);
     std::vector<Reaction> reactions(listed, Reaction{});
-    const int reacting = kernels.forces(kind, pair, blocks, count, {0.02f, 0.25f, 20.0f}, forces.data(),
-                                        gaps.data(), reactions.data());
+    std::vector<float> until(listed / width, 0.0f);
+    const int reacting = kernels.forces(kind, pair, blocks, count, {0.02f, 0.25f, 20.0f},
+                                        {0.0f, until.data()}, forces.data(), gaps.data(), reactions.data());
     hash.add(reacting);
     for (const float x : forces) hash.add(x);
     for (const float x : gaps) hash.add(x);

@@ -59,12 +59,35 @@ struct Result {
   std::vector<Reaction> reactions = std::vector<Reaction>(16);
   int count = 0;
 };
-Result forcesOf(const Contacts& c, const Barrier& barrier, InstructionSet set) {
+Result forcesOf(const Contacts& c, const Barrier& barrier, InstructionSet set, Approach approach = {}) {
   Result r;
   std::memset(r.reactions.data(), 0, r.reactions.size() * sizeof(Reaction));
-  r.count = proximityKernels(set).forces(c.kind, c.pair(), &c.fours, Contacts::count, barrier,
+  float notYet = 0.0f;
+  if (!approach.until) approach.until = &notYet;
+  r.count = proximityKernels(set).forces(c.kind, c.pair(), &c.fours, Contacts::count, barrier, approach,
                                          r.forces.data(), r.gaps.data(), r.reactions.data());
   return r;
+}
+
+TEST_CASE("contacts out of range are not computed until cells can have come near", "[soft]") {
+  for (const ContactKind kind : {ContactKind::vertexTriangle, ContactKind::edgeEdge})
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const Contacts c(kind, seed);
+      double least = distanceOf(c, 0);
+      for (int n = 1; n < Contacts::count; ++n) least = std::min(least, distanceOf(c, n));
+      if (least < 0.01) continue;  // at the limits of single precision
+      const float range = float(0.5 * least);
+      float until = 0.0f;
+      const auto count = [&](float within, float moved) {
+        return forcesOf(c, {0.0f, within, 20.0f}, InstructionSet::portable, {moved, &until}).count;
+      };
+      CHECK(count(range, 0.1f) == 0);
+      CHECK(until == Approx(least + 0.1).epsilon(1e-3));
+      until = 10.0f;  // as if they were far away
+      CHECK(count(3.0f * range, 0.1f) == 0);
+      CHECK(until == 10.0f);
+      CHECK(count(3.0f * range, 10.0f - 2.9f * range) > 0);
+    }
 }
 
 TEST_CASE("contacts have the distance, the force of the barrier and its reaction", "[soft]") {

@@ -7,7 +7,9 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/packing/state_file.h"
 #include "tests/packMesh/soft/soft_meshes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace packmesh {
 namespace {
@@ -163,6 +165,116 @@ TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[sof
     CHECK(packed.cells.size() < 12);
     CHECK(certificateOf(problem.physics, packed).clean());
   }
+}
+
+/// Packs to the end, and from states on the way again: read from files, the same cells.
+/// @return iterations of the states
+std::vector<std::int64_t> requireSameFromAnyState(PackingProblem problem,
+                                                  const std::vector<SoftSpecies>& species,
+                                                  const SoftLimits& limits) {
+  std::vector<PackingState> states;
+  int asked = 0;
+  const SoftPacking uninterrupted = packSoft(problem, species, limits);
+  problem.checkpoints = Checkpoints{[&] { return asked++ % 17 == 3; },
+                                    [&](const PackingState& state) { states.push_back(state); }};
+  const SoftPacking whole = packSoft(problem, species, limits);
+  if (whole.end) states.push_back(*whole.end);
+  problem.checkpoints.reset();
+  REQUIRE(states.size() > 3);
+  const test::TemporaryFolder folder;
+  std::vector<std::int64_t> iterations;
+  const auto requireSame = [&](const SoftPacking& other) {
+    REQUIRE(other.outcome == whole.outcome);
+    REQUIRE(other.iterations == whole.iterations);
+    REQUIRE(other.startScale == whole.startScale);
+    REQUIRE(other.scale == whole.scale);
+    REQUIRE(other.most.force == whole.most.force);
+    REQUIRE(other.cells.size() == whole.cells.size());
+    for (std::size_t i = 0; i < whole.cells.size(); ++i) {
+      REQUIRE(other.cells[i].vertices == whole.cells[i].vertices);
+      REQUIRE(other.cells[i].pose.position == whole.cells[i].pose.position);
+    }
+  };
+  requireSame(uninterrupted);
+  for (std::size_t i = 0; i < states.size();
+       i += i + 1 < states.size() ? (states.size() - 1 - i + 2) / 3 : 1) {
+    iterations.push_back(states[i].soft->counters[0]);
+    CAPTURE(iterations.back());
+    writeState(folder.path() / "s.h5", problem, {"asked", {}, ""}, states[i]);
+    CHECK(readStateHead(folder.path() / "s.h5").stage == softCellsStage);
+    CHECK_THROWS_AS(readStateCells(folder.path() / "s.h5", {}), InputError);  // they still grow
+    problem.resume = readState(folder.path() / "s.h5", problem);
+    requireSame(packSoft(problem, species, limits));
+    problem.resume.reset();
+  }
+  return iterations;
+}
+
+TEST_CASE("a packing continues from any of its states with the same cells", "[soft]") {
+  SoftLimits limits;
+  SECTION("to the end") {
+    const auto iterations = requireSameFromAnyState(boxAt(0.75, 6), {{}}, limits);
+    CHECK(iterations.front() == 4);
+    CHECK(iterations.back() > 40);
+  }
+  SECTION("beside a wall, a rigid cell and a fixed one") {
+    PackingProblem problem = problemIn(makeCylinder(Vec3(10, 0, 0), 0, 4.5, 20.0, true), 8);
+    std::vector<Species>& species = problem.physics.species;
+    species.resize(3, species[0]);
+    species[1].count = species[2].count = 1;
+    species[1].freedom.fixed = true;
+    species[1].start = {Pose{1.0, Quaternion::Identity(), Vec3(10, 0, 0)}};
+    requireSameFromAnyState(problem, {{}, {}, {{}, true}}, limits);
+  }
+  SECTION("beyond the limits, in another attempt") {
+    limits.force = limits.aim = 0.01;
+    limits.iterations = 120;
+    CHECK(requireSameFromAnyState(boxAt(0.8, 6), {{}}, limits).back() == 120);
+  }
+  SECTION("until cells are taken out") {
+    limits.fewerCells = true;
+    limits.iterations = 100;
+    CHECK(requireSameFromAnyState(boxAt(1.1, 6), {{}}, limits).back() == 100);
+  }
+}
+
+TEST_CASE("progress tells about how many iterations are left", "[soft]") {
+  PackingProblem problem = boxAt(0.75, 8);
+  std::vector<Progress> told;
+  problem.execution.progress = [&](const Progress& progress) {
+    if (progress.stage == softCellsStage) told.push_back(progress);
+  };
+  const double all = double(packSoft(problem, {{}}, {}).iterations);
+  REQUIRE(told.size() > 4);
+  for (std::size_t i = 0; i + 1 < told.size(); ++i) {
+    CAPTURE(told[i].sweep, told[i].left, all);
+    CHECK(told[i].left > 0);
+    CHECK(double(told[i].sweep + told[i].left) > 0.6 * all);
+    CHECK(double(told[i].sweep + told[i].left) < 1.7 * all);
+  }
+}
+
+TEST_CASE("an interrupted packing leaves its state, which belongs to its membranes", "[soft]") {
+  PackingProblem problem = boxAt(0.8, 6);
+  std::vector<PackingState> states;
+  int polls = 0;
+  problem.execution.interrupted = [&] { return ++polls > 60; };
+  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { states.push_back(state); }};
+  CHECK(packSoft(problem, {{}}, {}).outcome == Outcome::interrupted);
+  REQUIRE(states.size() == 1);
+  CHECK(states[0].position.stage == Stage::soft);
+  CHECK(states[0].soft->counters[0] > 0);
+  problem.execution.interrupted = {};
+  problem.resume = states[0];
+  MembraneConstants stiffer;
+  stiffer.bend *= 2.0;
+  CHECK_THROWS_AS(packSoft(problem, {{stiffer}}, {}), InputError);
+  CHECK_THROWS_AS(packSoft(problem, {{{}, true}}, {}), InputError);
+  SoftLimits none;
+  none.iterations = states[0].soft->counters[0];
+  none.savesFailed = false;
+  CHECK(packSoft(problem, {{}}, none).outcome == Outcome::outOfReach);
+  CHECK(states.size() == 1);
 }
 
 TEST_CASE("cells beside a layer without cells and beside fixed ones", "[soft]") {

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Which rank computes which soft cells, and what ranks tell each other of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "packMesh/core/vector.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh {
+
+/// Of each cell: the cells near it, and their displacements to periodic images.
+using SoftNeighbors = std::vector<std::vector<std::pair<int, Vec3>>>;
+
+/// Cells are given to ranks block by block, where they begin.
+class SoftShares {
+ public:
+  SoftShares() = default;  ///< none
+  /// @param centers of the cells [µm] @param work of each cell, in any unit
+  SoftShares(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work,
+             const Communicator& ranks);
+
+  const Communicator& ranks() const { return ranks_; }
+  int ownerOf(std::size_t cell) const { return owner_[cell]; }
+  bool isMine(std::size_t cell) const { return owner_[cell] == ranks_.rank(); }
+  const std::vector<int>& mine() const { return mine_; }      ///< ascending
+  const std::vector<int>& others() const { return others_; }  ///< of other ranks near them, ascending
+
+  /// Finds the cells that ranks need of each other. The same `near` on all ranks.
+  void find(const SoftNeighbors& near);
+
+  /// Appends the numbers of a cell; takes them over, and returns what follows them.
+  using Pack = std::function<void(int cell, std::vector<float>& to)>;
+  using Unpack = std::function<const float*(int cell, const float* from)>;
+  // All ranks call.
+  /// Sends the numbers of cells to the ranks that need them.
+  void exchange(const Pack& pack, const Unpack& unpack) const;
+  /// Sends those of all cells to all ranks.
+  void gather(const Pack& pack, const Unpack& unpack) const;
+
+  /// The numbers of the cells of this rank's IdShares, whose cells have these numbers as ids.
+  /// @param pack appends those of a cell of this rank @param countOf any cell
+  template <class T, class PackCell, class CountOf>
+  std::vector<T> byIds(const PackCell& pack, const CountOf& countOf) const {
+    const IdShares ids(std::int64_t(owner_.size()), ranks_);
+    std::vector<std::vector<T>> parts(ranks_.size());
+    for (int rank = 0; rank < ranks_.size(); ++rank)
+      for (const int i : mine_)
+        if (i >= ids.of(rank).first && i < ids.of(rank).second) pack(i, parts[rank]);
+    parts = ranks_.exchange(std::move(parts));
+    std::vector<std::size_t> used(parts.size(), 0);
+    std::vector<T> all;
+    for (std::int64_t i = ids.own().first; i < ids.own().second; ++i) {
+      const auto from = parts[owner_[i]].begin() + std::ptrdiff_t(used[owner_[i]]);
+      const std::size_t count = std::size_t(countOf(int(i)));
+      all.insert(all.end(), from, from + std::ptrdiff_t(count));
+      used[owner_[i]] += count;
+    }
+    return all;
+  }
+
+ private:
+  Communicator ranks_;
+  std::vector<int> owner_, mine_, others_;
+  std::vector<std::vector<int>> sends_, receives_;  ///< to and from each rank
+};
+
+}  // namespace packmesh
