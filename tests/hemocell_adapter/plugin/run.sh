@@ -110,8 +110,9 @@ case $test in
     test "$(grep -c "(Error).*PACKMESH_TETGEN is '/no/such/program'" said.txt)" = 1 ;;
   counts)
     config 60 44 44 "<hematocrit> 0.4 </hematocrit>"
-    case_on 1 pipe 1 1 1 --count PLT 30 > said.txt
-    grep -q '^(stand-in) [0-9]* 30$' said.txt ;;
+    case_on 1 pipe 1 1 1 nodes 1000 --count PLT 30 > said.txt 2> warned.txt
+    grep -q '^(stand-in) [0-9]* 30$' said.txt
+    grep -q 'mostNodesOnEveryRank has no effect' warned.txt ;;
   inlet)  # one rank has no cells, and all know their number
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     case_on 3 inlet 2 1 1 > three.txt

@@ -227,7 +227,9 @@ packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string
   packmesh::PackingOptions options;
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == "save" || words[i] == "fit") break;
-    if (words[i] == "member") {
+    if (words[i] == "nodes") {
+      options.mostNodesOnEveryRank = std::atol(words[++i].c_str());
+    } else if (words[i] == "member") {
       options.hematocrit = std::atof(words[i + 2].c_str());
       i += 2;
     } else if (words[i] == "--count") {

@@ -95,6 +95,8 @@ inline std::vector<Cell> cellsOf(hemo::HemoCell& hemocell) {
 /// with the numbers of cells for restarts (packMesh/checkpoint.h).
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
                                      const PackingOptions& options = PackingOptions()) {
+  if (options.mostNodesOnEveryRank >= 0)
+    plugin::warn("PackingOptions::mostNodesOnEveryRank has no effect, and will be removed in 2.0.0");
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
                             return plugin::fill(system, options);
                           }));

@@ -24,7 +24,8 @@ struct PackingOptions {
   std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
   std::string posFolder;  ///< to write .pos files to, too
   bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
-  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
+  std::int64_t mostNodesOnEveryRank = -1;  ///< without effect since 1.1.0, gone in 2.0.0
+  std::vector<std::string> more;           ///< any further options of the program: {"--max-time", "3600"}
 };
 
 namespace plugin {
