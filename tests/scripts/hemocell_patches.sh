@@ -34,6 +34,8 @@ grep -q 'packmesh::loadParticles(hemocell);' examples/pipeflow_packed/pipeflow_p
 grep -q 'target_link_libraries(${EXEC_NAME} packMesh::hemocell)' examples/pipeflow_packed/CMakeLists.txt
 grep -q '<hematocrit> 0.40 </hematocrit>' examples/pipeflow_packed/config.xml
 test ! -e examples/pipeflow_packed/RBC.pos
+# BUILD_PACKMESH builds the plug-in alone, before packMesh's own option would say otherwise.
+grep -A2 '^if(BUILD_PACKMESH)' CMakeLists.txt | tr '\n' ' ' | grep -q 'set(PACKMESH_PLUGIN_ONLY ON CACHE .* add_subdirectory(tools/packMesh)'
 git diff --quiet HEAD~4 -- examples/pipeflow
 cmp "$source/packMesh/packing/pack.cpp" tools/packMesh/packMesh/packing/pack.cpp
 test -x tools/packMesh/scripts/build.sh
