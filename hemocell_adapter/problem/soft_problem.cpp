@@ -126,6 +126,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
     if (!last) limits.iterations = iterationsWithRoom;
     limits.fewerCells = last && problem.request.bestEffort;
     limits.savesFailed = last;
+    limits.deform = run.deform;
     if (problem.request.maxIterations)
       limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
     SoftPacking soft = packSoft(*packing, softSpecies(problem, packed), limits);

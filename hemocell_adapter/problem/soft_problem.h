@@ -22,6 +22,7 @@ struct SoftRun {
   /// continue from. @param last there are no smaller clearances
   /// @return false: the state is of smaller clearances
   std::function<bool(PackingProblem&, bool last)> prepare;
+  bool deform = false;  ///< even where undeformed cells seem to be packed easily
 };
 
 struct SoftProblem {

@@ -289,7 +289,7 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 }
 
 Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
-                                      const OutputRequest& output) {
+                                      const OutputRequest& output, bool deform) {
   ProgressLog progressLog(*problem, sampleOf(problem));
   std::optional<StateFiles> states;
   const std::optional<std::filesystem::path>& restart = problem->request.restart;
@@ -305,7 +305,7 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
   };
   SoftProblem soft = packSoftProblem(
       *problem, {hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
-                 [&] { return ranks_.max(timer_.wall()); }, prepare});
+                 [&] { return ranks_.max(timer_.wall()); }, prepare, deform});
   const bool interrupted = ranks_.any(hooks_.interrupted && hooks_.interrupted());
   if (interrupted && soft.end) states->checkpoints()->save(*soft.end);  // it has just ended
   stateSaved_ = states->saved().value_or(stateSaved_);
@@ -364,6 +364,15 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
   return found;
 }
 
+Packing Session::withClearances(const Ready& ready, const OutputRequest& output) {
+  // From the certificate of soft cells nothing continues: it takes less time than they.
+  Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
+  Packing found = attempts.withClearances(timer_);
+  stateSaved_ = stateSaved_ || attempts.saved();
+  stateSavedOnce_ = stateSavedOnce_ || attempts.savedAny();
+  return found;
+}
+
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
   together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
   makeStateFolder(output, ranks_);
@@ -376,7 +385,7 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
                     : "Undeformed cells cannot be packed as requested: cells are soft");
   }
   if (!found && requested->request.soft && (begins || continuesSoftCells(*requested)))
-    ready = withSoftCells(requested, output);
+    ready = withSoftCells(requested, output, false);
   if (!ready.problem) {
     ready.problem = requested;
     found = undeformed(requested, output, true);
@@ -386,12 +395,11 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
                                        "could be packed; {}",
                                        ready.whyFewer, delivery_.nothing)});
   }
-  if (!found) {
-    // From the certificate of soft cells nothing continues: it takes less time than they.
-    Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
-    found = attempts.withClearances(timer_);
-    stateSaved_ = stateSaved_ || attempts.saved();
-    stateSavedOnce_ = stateSavedOnce_ || attempts.savedAny();
+  if (!found) found = withClearances(ready, output);
+  const bool seemedEasy = ready.problem != requested && !ready.softPacking;
+  if (seemedEasy && found->outcome == Outcome::outOfReach) {
+    Ready soft = withSoftCells(requested, output, true);
+    if (soft.problem) found = withClearances(ready = std::move(soft), output);
   }
   Packing packing = std::move(*found);
   const Problem& problem = *ready.problem;

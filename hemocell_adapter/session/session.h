@@ -111,7 +111,10 @@ class Session {
     std::optional<PackingState> softEnd = {};
   };
   /// Deformed cells, if undeformed ones cannot be packed.
-  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output);
+  /// @param deform they could not, although a short search had found some
+  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output,
+                      bool deform);
+  Packing withClearances(const Ready& ready, const OutputRequest& output);
   /// Undeformed cells as requested, or else as many as possible; nothing if they cannot be packed.
   std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested,
                                     const OutputRequest& output, bool fewerCells);

@@ -350,7 +350,8 @@ class SoftPacker {
 
   /// Packs undeformed cells, as large as that is easy. @return whether it succeeded
   bool placeSmallCells(SoftPacking& out) {
-    if (attempt_ == 0 && fraction_ <= possibleFraction && placeUndeformed(1.0)) return true;
+    if (!limits_.deform && attempt_ == 0 && fraction_ <= possibleFraction && placeUndeformed(1.0))
+      return true;
     if (growing_ > 0.0) {
       // Of the lumen that is left by cells that do not grow.
       const double left = std::max(0.0, 1.0 - (fraction_ - growing_));

@@ -46,6 +46,7 @@ struct SoftLimits {
   /// If not all cells can be packed: whether those that find no room are taken out until the others can.
   bool fewerCells = false;
   bool savesFailed = true;  ///< if there are checkpoints: also of a packing that did not succeed
+  bool deform = false;      ///< also where undeformed cells can be packed easily
 
   double share(const Deformation& of) const;  ///< the largest, of these limits
   bool allow(const Deformation& of) const { return share(of) <= 1.0; }

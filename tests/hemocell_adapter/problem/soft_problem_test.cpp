@@ -83,6 +83,16 @@ TEST_CASE("Cells that need not deform are those of a packing without --soft", "[
   CHECK(readText(folder.path() / "RBC.pos") == soft);
 }
 
+TEST_CASE("Cells are soft where undeformed ones are found in a short search, but not with clearances",
+          "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(ok(folder,
+                "--cylinder x 8 31.5 --ends periodic --hematocrit 0.45 --plt_ratio 0.25 --profile developed "
+                "--seed 4 --max-iterations 1500 --soft --state s.h5")
+                 .out,
+             Contains("Deformed cells: 44"));
+}
+
 TEST_CASE("Soft cells that cannot be packed within the limits are refused, and it is said why",
           "[executable]") {
   const TemporaryFolder folder;
