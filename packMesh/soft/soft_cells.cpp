@@ -238,6 +238,18 @@ void SoftCells::gather() {
                  [&](int i, const float* from) { return unpack(i, from); });
 }
 
+void SoftCells::forgetContacts() {
+  for (Cell& cell : cells_) {
+    cell.fours.takeOver({});
+    std::vector<float>().swap(cell.until);
+    cell.outline = {};
+  }
+  for (Thread& thread : ofThread_) {
+    thread.pages.clear();
+    thread.page = thread.used = 0;
+  }
+}
+
 /// Sends scales and positions to the ranks that need them.
 void SoftCells::exchange() {
   shares_.exchange([&](int i, std::vector<float>& to) { pack(i, to); },

@@ -74,6 +74,8 @@ class SoftCells {
   const std::vector<int>& mine() const { return shares_.mine(); }  ///< the cells of this rank, ascending
   /// Makes all cells known to all ranks, until the next step.
   void gather();
+  /// To free memory. No step may follow.
+  void forgetContacts();
   // Pre: it is of this rank, or all are known to it
   double scale(std::size_t cell) const;  ///< of its state at rest
   std::vector<Vec3> vertices(std::size_t cell) const;

@@ -18,6 +18,10 @@
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/soft/soft_cells.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace packmesh {
 namespace {
 
@@ -131,6 +135,13 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
   }
   small.written = {};
   return small;
+}
+
+/// Other threads than the one that has freed it would not use it.
+void returnFreedMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 /// Of what is not in the physics.
@@ -459,6 +470,8 @@ class SoftPacker {
   std::vector<Cell> result() const {
     SoftCells& cells = *cells_;
     cells.gather();
+    cells.forgetContacts();
+    returnFreedMemory();
     std::vector<Cell> out;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
@@ -525,7 +538,9 @@ double SoftLimits::share(const Deformation& of) const {
 
 SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits) {
-  return SoftPacker(problem, species, limits).run();
+  SoftPacking packed = SoftPacker(problem, species, limits).run();
+  returnFreedMemory();
+  return packed;
 }
 
 }  // namespace packmesh

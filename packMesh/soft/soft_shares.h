@@ -48,9 +48,18 @@ class SoftShares {
   std::vector<T> byIds(const PackCell& pack, const CountOf& countOf) const {
     const IdShares ids(std::int64_t(owner_.size()), ranks_);
     std::vector<std::vector<T>> parts(ranks_.size());
-    for (int rank = 0; rank < ranks_.size(); ++rank)
+    const auto inShare = [&](int i, const std::pair<std::int64_t, std::int64_t>& share) {
+      return i >= share.first && i < share.second;
+    };
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      const auto share = ids.of(rank);
+      std::size_t count = 0;  // they are large
+      for (const int i : mine_) count += inShare(i, share) ? std::size_t(countOf(i)) : 0;
+      parts[rank].reserve(count);
       for (const int i : mine_)
-        if (i >= ids.of(rank).first && i < ids.of(rank).second) pack(i, parts[rank]);
+        if (inShare(i, share)) pack(i, parts[rank]);
+    }
+    if (ranks_.alone()) return std::move(parts.front());
     parts = ranks_.exchange(std::move(parts));
     std::vector<std::size_t> used(parts.size(), 0);
     std::vector<T> all;
