@@ -8,7 +8,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"

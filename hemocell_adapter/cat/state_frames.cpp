@@ -11,7 +11,7 @@
 #include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/cat/cat.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "packMesh/packing/packing_file.h"
 
 namespace packmesh::hemocell {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "packMesh/packing/packing_problem.h"
 
 namespace packmesh::hemocell {

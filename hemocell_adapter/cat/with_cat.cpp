@@ -16,7 +16,7 @@ bool hasCat() {
   return true;
 }
 
-std::shared_ptr<const Engine> engineFor(const Problem& problem, const PackedParts& packed) {
+std::shared_ptr<const Engine> engineFor(const Problem& problem, const PartsToPack& packed) {
   auto engine = std::make_shared<CatEngine>(problem.request.cat);
   if (engine->settings.escape)
     for (const Part& part : packed.parts)

@@ -9,7 +9,7 @@ bool hasCat() {
   return false;
 }
 
-std::shared_ptr<const Engine> engineFor(const Problem&, const PackedParts&) {
+std::shared_ptr<const Engine> engineFor(const Problem&, const PartsToPack&) {
   return nullptr;
 }
 

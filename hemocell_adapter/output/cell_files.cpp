@@ -13,7 +13,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/core/error.h"

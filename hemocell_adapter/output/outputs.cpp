@@ -20,7 +20,7 @@
 #include "hemocell_adapter/base/python_command.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/output/report.h"
 #include "packMesh/analysis/cell_measures.h"

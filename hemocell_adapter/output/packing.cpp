@@ -93,7 +93,7 @@ std::vector<CellColumn> deformationColumns(const Problem& problem, const std::ve
   return columns;
 }
 
-std::vector<CellColumn> deformationColumns(const Problem& problem, const PackedParts& packed,
+std::vector<CellColumn> deformationColumns(const Problem& problem, const PartsToPack& packed,
                                            const std::vector<BodyState>& cells) {
   std::vector<PlacedCell> placed;
   if (problem.hasDeformed())

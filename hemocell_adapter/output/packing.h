@@ -67,7 +67,7 @@ struct Packing : PackingResult {
 
   std::shared_ptr<const Problem> problem;
   OutputRequest output;  ///< what is written of it
-  PackedParts packed;    ///< with the clearances that were kept; of a check those demanded, and no parts
+  PartsToPack packed;    ///< with the clearances that were kept; of a check those demanded, and no parts
   std::vector<std::int64_t> partCounts;  ///< of all ranks; empty if nothing was packed
   Tally tally;                           ///< of all ranks
   Kept kept;
@@ -93,7 +93,7 @@ std::optional<Deformations> deformationsOf(const Packing& packing);
 std::vector<CellColumn> deformationColumns(const Problem& problem, const std::vector<PlacedCell>& cells);
 
 /// Of the cells of a state.
-std::vector<CellColumn> deformationColumns(const Problem& problem, const PackedParts& packed,
+std::vector<CellColumn> deformationColumns(const Problem& problem, const PartsToPack& packed,
                                            const std::vector<BodyState>& cells);
 
 }  // namespace packmesh::hemocell

@@ -11,7 +11,7 @@
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/make_problem.h"

@@ -8,7 +8,7 @@ namespace packmesh::hemocell {
 namespace {
 
 /// Default target of the clearances, in lattice spacings.
-constexpr double wallRoom = 1.0, membraneRoom = 0.1;
+constexpr double wallClearanceOfRigid = 1.0, membraneRoom = 0.1;
 
 /// Fractions of it that are tried.
 constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
@@ -32,7 +32,7 @@ constexpr std::int64_t thoroughSweeps = 600;
 constexpr double defaultSearch = 60.0, finestShare = 0.02, finestStep = 0.001;
 
 /// Fraction of the remaining time that an attempt with more clearance than demanded may take.
-constexpr double shareOfTime = 0.25;
+constexpr double shareOfTimeForClearance = 0.25;
 
 /// Whether an existing packing is only to be certified again: it is kept unchanged.
 bool givenWhole(const Problem& problem) {
@@ -77,7 +77,7 @@ bool triesMoreClearance(const Request& request) {
 }
 
 double leastWallRoom(const Request& request) {
-  return *std::prev(std::end(shares), 2) * wallRoom * request.dx;
+  return *std::prev(std::end(shares), 2) * wallClearanceOfRigid * request.dx;
 }
 
 std::vector<Clearances> clearanceLevels(const Problem& problem) {
@@ -85,7 +85,7 @@ std::vector<Clearances> clearanceLevels(const Problem& problem) {
   if (!triesMoreClearance(problem.request) || givenWhole(problem)) return {demanded};
   const bool membranes = problem.request.choosesClearance() || problem.request.largestClearance;
   // Faces through which blood flows: the same gap to the cells beyond them.
-  const double toWall = problem.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;
+  const double toWall = problem.lumen.solidWalls ? wallClearanceOfRigid : 0.5 * membraneRoom;
   const bool wall = problem.request.choosesWallClearance() && problem.lumen.container->wall();
   std::vector<Clearances> levels;
   for (const double share : shares) {
@@ -117,7 +117,7 @@ PackingResult packWithClearances(const Request& request, const std::vector<Clear
     if (!last) {
       limits.maxSweeps = cheapSweeps;
       limits.sweepsForFew = sweepsForFew;
-      limits.maxSeconds = shareOfTime * left;
+      limits.maxSeconds = shareOfTimeForClearance * left;
       limits.someCloser = chosen;
       limits.fewerCells = false;
     }

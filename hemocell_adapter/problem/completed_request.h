@@ -29,7 +29,7 @@ std::vector<SpeciesPlan> withDistancesFromSolid(const Case& simulation, std::vec
 std::vector<std::string> unreadWalls(const Request& request, const Case* simulation);
 
 /// A request for a case or for none, of which nothing is left open, apart from what is written
-/// (output/output_files.h).
+/// (output/output_plan.h).
 struct CompletedRequest {
   Request request;
   std::shared_ptr<const Case> simulation;  ///< nullptr: none

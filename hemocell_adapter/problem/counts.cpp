@@ -150,8 +150,8 @@ void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
 
 }  // namespace
 
-std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
-                                     std::optional<double> hematocrit, double lumenVolume) {
+std::vector<std::int64_t> numbersOfCells(const std::vector<CellSpecies>& species,
+                                         std::optional<double> hematocrit, double lumenVolume) {
   const double expected = redCellNumber(redCellsOf(species), hematocrit, lumenVolume);
   double redVolume = 0.0;
   std::int64_t redCells = 0;
@@ -198,8 +198,8 @@ std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
   return counts;
 }
 
-std::vector<std::int64_t> countCells(const Scene& scene, std::optional<double> hematocrit,
-                                     const std::vector<LumenRegion>& regions) {
+std::vector<std::int64_t> numbersOfCells(const Scene& scene, std::optional<double> hematocrit,
+                                         const std::vector<LumenRegion>& regions) {
   double reference = scene.referenceVolume();
   if (scene.request.packCellsConventions && scene.request.boxSize) reference = scene.request.boxSize->prod();
   if (hematocrit && !regions.empty()) {
@@ -221,7 +221,7 @@ std::vector<std::int64_t> countCells(const Scene& scene, std::optional<double> h
     }
     hematocrit = volume;
   }
-  return countCells(scene.species, hematocrit, reference);
+  return numbersOfCells(scene.species, hematocrit, reference);
 }
 
 MeanVolumes averagePresent(const Scene& scene) {

@@ -20,13 +20,13 @@ namespace packmesh::hemocell {
 /// @param species with countedVolume
 /// @throws InputError if nothing is to be packed, if the hematocrit would determine several species, if the
 ///   red cells with counts exceed it, or if the ratios of red species add up to 1 or more
-std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
-                                     std::optional<double> hematocrit, double lumenVolume);
+std::vector<std::int64_t> numbersOfCells(const std::vector<CellSpecies>& species,
+                                         std::optional<double> hematocrit, double lumenVolume);
 
 /// The same for the lumen of a scene, with the volume that its hematocrit refers to.
 /// @param hematocrit of the lumen, where no region has its own
-std::vector<std::int64_t> countCells(const Scene& scene, std::optional<double> hematocrit,
-                                     const std::vector<LumenRegion>& regions);
+std::vector<std::int64_t> numbersOfCells(const Scene& scene, std::optional<double> hematocrit,
+                                         const std::vector<LumenRegion>& regions);
 
 /// Mean volumes of the cells of each species [µm³]; empty where there are none.
 using MeanVolumes = std::vector<std::optional<double>>;

@@ -134,7 +134,7 @@ Room LumenSample::measured(int s) const {
   Room room;
   room.volume = room.effective = volume_;
   if (!wall_) return room;
-  const PackedParts& packed = problem_.atDemanded;
+  const PartsToPack& packed = problem_.atDemanded;
   const double clearance = problem_.species[s].wallClearance(packed.clearances.wall);
   const Wall* const nodes = packed.walls[s].get();
   const Shape& shape = *problem_.species[s].shape;

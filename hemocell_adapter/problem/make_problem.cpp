@@ -156,10 +156,10 @@ Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vect
   const std::optional<double> redCellVolume = scene.request.redCellVolume;
   const bool deformed = scene.hasDeformed();
   Layout layout{std::move(regions), nullptr};
-  PackedParts parts;
+  PartsToPack parts;
   Notices ofProfile;
   scene.species = withMeanVolumes(std::move(scene.species), averagePresent(scene), redCellVolume);
-  std::vector<std::int64_t> counts = countCells(scene, hematocrit, layout.regions), before;
+  std::vector<std::int64_t> counts = numbersOfCells(scene, hematocrit, layout.regions), before;
   for (int round = 0; round < mostRounds && counts != before; ++round) {
     scene.species = withCounts(std::move(scene.species), counts);
     if (!deformed) examineNumbers(scene, notices);
@@ -172,7 +172,7 @@ Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vect
     if (!deformed) break;
     scene.species =
         withMeanVolumes(std::move(scene.species), averagePlaced(scene, parts.parts), redCellVolume);
-    counts = countCells(scene, hematocrit, layout.regions);
+    counts = numbersOfCells(scene, hematocrit, layout.regions);
   }
   if (deformed) {
     examineNumbers(scene, notices);
@@ -244,8 +244,8 @@ Problem problemToPack(const CompletedRequest& completed, const Communicator& ran
   });
 }
 
-Problem problemWithCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
-                         const Clearances& clearances, const Communicator& ranks) {
+Problem problemOfExistingCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
+                               const Clearances& clearances, const Communicator& ranks) {
   return madeTelling(completed, [&](Telling& telling) {
     return prepareToPack(makeScene(completed, ranks, std::move(plans), false, clearances, telling),
                          telling.notices);
@@ -270,7 +270,7 @@ Problem problemToCheck(const CompletedRequest& completed, const std::filesystem:
   });
 }
 
-Problem withCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances) {
+Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances) {
   std::vector<std::int64_t> counts;
   for (const SpeciesPlan& plan : plans) counts.push_back(std::int64_t(plan.fixed.size() + plan.start.size()));
   SpeciesAndShapes made =
@@ -293,7 +293,7 @@ Problem withCorrectedProfile(Problem problem, const PackingResult& packed) {
   return problem;
 }
 
-PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packed,
+PackingProblem packingProblemOf(const Problem& problem, const PartsToPack& packed,
                                 std::function<bool()> interrupted,
                                 std::function<void(const Progress&)> progress) {
   const Request& request = problem.request;
@@ -334,7 +334,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   return packing;
 }
 
-void nameBySpecies(const PackedParts& packed, PackingResult& result) {
+void nameBySpecies(const PartsToPack& packed, PackingResult& result) {
   for (PlacedCell& cell : result.cells) cell.species = packed.parts[cell.species].species;
 }
 

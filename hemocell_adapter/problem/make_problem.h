@@ -31,13 +31,13 @@ Problem problemToCheck(const CompletedRequest& completed, const std::filesystem:
 
 /// The problem of packing cells that are where they are to be.
 /// @param clearances that they have
-Problem problemWithCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
-                         const Clearances& clearances, const Communicator& ranks);
+Problem problemOfExistingCells(const CompletedRequest& completed, std::vector<SpeciesPlan> plans,
+                               const Clearances& clearances, const Communicator& ranks);
 
 /// The problem with other cells, which are where they are to be, whatever it asks for.
 /// @param plans of its species, with all of their cells @param clearances that they have
 /// @throws InputError, MeshError
-Problem withCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances);
+Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances);
 
 /// The problem with the numbers of cells in the shells of its profile corrected by a packing of it
 /// (correctedProfile()). All ranks call. Pre: it has a profile
@@ -47,15 +47,15 @@ Problem withCorrectedProfile(Problem problem, const PackingResult& packed);
 std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts);
 
 /// The engine of Method::cat with the settings of the request.
-std::shared_ptr<const Engine> engineFor(const Problem& problem, const PackedParts& parts);
+std::shared_ptr<const Engine> engineFor(const Problem& problem, const PartsToPack& parts);
 
 /// What the library packs. `interrupted` and `progress` are passed on. The certificate refers to the numbers
 /// that formatPosLines() writes. References nothing of the problem.
-PackingProblem packingProblemOf(const Problem& problem, const PackedParts& parts,
+PackingProblem packingProblemOf(const Problem& problem, const PartsToPack& parts,
                                 std::function<bool()> interrupted = {},
                                 std::function<void(const Progress&)> progress = {});
 
 /// Names the cells of a result of packingProblemOf() by the species of the problem instead of its parts.
-void nameBySpecies(const PackedParts& parts, PackingResult& result);
+void nameBySpecies(const PartsToPack& parts, PackingResult& result);
 
 }  // namespace packmesh::hemocell

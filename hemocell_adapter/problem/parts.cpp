@@ -154,7 +154,7 @@ std::vector<std::vector<Pose>> startInShells(const Scene& scene, const DepthProf
 
 class PartsMaker {
  public:
-  PartsMaker(const Scene& scene, const Layout& layout, const PackedParts& packed)
+  PartsMaker(const Scene& scene, const Layout& layout, const PartsToPack& packed)
       : scene_(scene),
         profile_(layout.profile.get()),
         packed_(packed),
@@ -411,7 +411,7 @@ class PartsMaker {
 
   const Scene& scene_;
   const DepthProfile* profile_;  ///< nullptr: none
-  const PackedParts& packed_;    ///< with its walls
+  const PartsToPack& packed_;    ///< with its walls
   const std::vector<LumenRegion>& regions_;
   bool dividesRedCells_;
   std::vector<Part> parts_;
@@ -476,7 +476,7 @@ int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point) {
   return int(regions.size()) - 1;
 }
 
-Species freeCells(const Scene& scene, const PackedParts& packed, int species, std::int64_t count) {
+Species freeCells(const Scene& scene, const PartsToPack& packed, int species, std::int64_t count) {
   const CellSpecies& one = scene.species[species];
   Species cells{one.name, species, count, packed.walls[species], one.redCell};
   cells.freedom.cone = one.cone;
@@ -484,8 +484,8 @@ Species freeCells(const Scene& scene, const PackedParts& packed, int species, st
   return cells;
 }
 
-PackedParts partsAt(const Scene& scene, const Layout& layout, const Clearances& clearances) {
-  PackedParts packed;
+PartsToPack partsAt(const Scene& scene, const Layout& layout, const Clearances& clearances) {
+  PartsToPack packed;
   packed.clearances = clearances;
   double reach = 0.0;
   for (const auto& shape : scene.shapes) reach = std::max(reach, 2 * shape->radius());

@@ -22,13 +22,13 @@ std::vector<LumenRegion> makeRegions(const Request& asked, std::optional<double>
 int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point);
 
 /// Movable cells of a species, anywhere in the lumen. @param packed with its walls
-Species freeCells(const Scene& scene, const PackedParts& packed, int species, std::int64_t count);
+Species freeCells(const Scene& scene, const PartsToPack& packed, int species, std::int64_t count);
 
 /// What is packed with these clearances: all species in order, each in parts: fixed cells first, red cells by
 /// region. If there are more initial cells than requested, a random subset is used.
 /// Pre: the species have their numbers
 /// @throws InputError if there are more fixed cells than requested
-PackedParts partsAt(const Scene& scene, const Layout& layout, const Clearances& clearances);
+PartsToPack partsAt(const Scene& scene, const Layout& layout, const Clearances& clearances);
 
 /// Warnings about the red cells of the regions.
 /// @throws InputError if a region requests red cells and is too small for one

@@ -97,7 +97,7 @@ struct Part {
 };
 
 /// What is packed with these clearances. Made by partsAt() (parts.h).
-struct PackedParts {
+struct PartsToPack {
   Clearances clearances;
   std::vector<std::shared_ptr<const Wall>> walls;  ///< of each species; nullptr: the container's own
   std::vector<Part> parts;
@@ -109,7 +109,7 @@ struct Problem : Scene {
   /// requested.
   std::optional<double> hematocrit;
   Layout layout;
-  PackedParts atDemanded;  ///< what is packed with the clearances demanded; empty for a check
+  PartsToPack atDemanded;  ///< what is packed with the clearances demanded; empty for a check
   std::shared_ptr<const ReadLines> read = std::make_shared<const ReadLines>();  ///< existing cells
   Notices notices;
   std::filesystem::path posFolder;     ///< of a check: of the .pos files

@@ -16,13 +16,13 @@ namespace packmesh::hemocell {
 namespace {
 
 /// HemoCell deletes cells with a vertex on a solid node: a vertex this far from the wall is on none [dx].
-const double wallRoom = std::sqrt(0.5);
+const double wallClearanceOfSoft = std::sqrt(0.5);
 /// Iterations with that room, and its share of the time that is left; in capillaries that leave no room for
 /// it, cells may be nearer to the wall. A tenth of the time is for the certificate.
 constexpr std::int64_t iterationsWithRoom = 4000;
-constexpr double shareWithRoom = 0.5, shareOfTime = 0.9;
+constexpr double shareWithRoom = 0.5, shareOfTimeForSoft = 0.9;
 
-std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& packed) {
+std::vector<SoftSpecies> softSpecies(const Problem& problem, const PartsToPack& packed) {
   std::vector<SoftSpecies> soft;
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
@@ -32,7 +32,7 @@ std::vector<SoftSpecies> softSpecies(const Problem& problem, const PackedParts& 
 }
 
 /// The species with these cells, which are all there; fixed ones stay.
-std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& packed,
+std::vector<SpeciesPlan> softPlans(const Problem& problem, const PartsToPack& packed,
                                    const std::vector<Cell>& cells) {
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
   for (std::size_t s = 0; s < plans.size(); ++s) {
@@ -63,7 +63,7 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PackedParts& pa
 constexpr double littleOutside = 0.01, littleTurned = 1e-3;
 
 /// Cells that were kept in regions and to directions before they grew, and are not any more.
-std::optional<std::string> strayWarning(const Problem& problem, const PackedParts& packed,
+std::optional<std::string> strayWarning(const Problem& problem, const PartsToPack& packed,
                                         const std::vector<Cell>& cells) {
   std::int64_t outside = 0, turned = 0;
   for (const Cell& cell : cells) {
@@ -105,19 +105,19 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
   std::vector<Clearances> levels = {problem.demanded};
   if (problem.request.choosesWallClearance() && problem.lumen.solidWalls && problem.lumen.container->wall()) {
     levels.insert(levels.begin(), problem.demanded);
-    levels.front().wall = std::max(problem.demanded.wall, wallRoom * problem.request.dx);
+    levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
   }
   SoftProblem made;
   for (std::size_t n = 0; n < levels.size(); ++n) {
     const bool last = n + 1 == levels.size();
-    const PackedParts packed = partsAt(problem, problem.layout, levels[n]);
+    const PartsToPack packed = partsAt(problem, problem.layout, levels[n]);
     const auto packing =
         std::make_shared<PackingProblem>(packingProblemOf(problem, packed, run.interrupted, run.progress));
     made.packing = packing;
     if (!run.prepare(*packing, last)) continue;
     if (const double most = problem.request.maxSeconds; most > 0.0)
-      packing->execution.limits.maxSeconds =
-          std::max(Limits::leastSeconds, (last ? shareOfTime : shareWithRoom) * (most - run.elapsed()));
+      packing->execution.limits.maxSeconds = std::max(
+          Limits::leastSeconds, (last ? shareOfTimeForSoft : shareWithRoom) * (most - run.elapsed()));
     SoftLimits limits;
     limits.force = problem.request.maxForce;
     limits.volume = problem.request.maxVolumeChange;
@@ -149,7 +149,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));
     made.end = std::move(soft.end);
-    made.problem = withCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
+    made.problem = withOtherCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
     return made;
   }
   return made;

@@ -103,7 +103,7 @@ Certificate examine(const Problem& problem, const std::vector<PlacedCell>& own, 
   return certificate;
 }
 
-Packing countCells(Packing packing) {
+Packing withTally(Packing packing) {
   const Problem& problem = *packing.problem;
   packing.partCounts = packing.counts;
   problem.ranks.sum(packing.partCounts);
@@ -206,7 +206,7 @@ Packing readCells(Problem problem, bool asRead) {
   found.packed.clearances = problem.demanded;
   found.problem = std::make_shared<const Problem>(std::move(problem));
   found.checked = true;
-  return countCells(std::move(found));
+  return withTally(std::move(found));
 }
 
 }  // namespace

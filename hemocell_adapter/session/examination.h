@@ -25,7 +25,7 @@ namespace packmesh::hemocell {
 Certificate examine(const Problem& problem, const std::vector<PlacedCell>& own, const Clearances& kept = {});
 
 /// A packing with the numbers of its cells on all ranks. All ranks call.
-Packing countCells(Packing packing);
+Packing withTally(Packing packing);
 
 /// What HemoCell keeps of cells, the same on all ranks. All ranks call.
 /// @param own as above @param loading how HemoCell gets them

@@ -12,7 +12,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/output/state_files.h"
@@ -134,7 +134,7 @@ Packing completePacking(const StateCells& cells, const fs::path& file, const Com
   Packing packing = placeCells(cells, kinds, problem);
   packing.output = output;
   packing.packed = packing.problem->atDemanded;
-  packing = countCells(std::move(packing));
+  packing = withTally(std::move(packing));
   const Problem& with = *packing.problem;
   packing.certificate = examine(with, packing.cells);
   packing.kept = findKept(with, packing.cells, loadingOf(with, packing.cells));

@@ -14,7 +14,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
@@ -33,7 +33,7 @@ namespace {
 using SharedCase = std::shared_ptr<const Case>;
 
 /// Numbers cells as HemoCell numbers those of .pos files. Pre: sorted by type, those of lower ranks before
-Filling numbered(Filling filling, std::size_t types, const Communicator& ranks) {
+CellsToAdd numbered(CellsToAdd filling, std::size_t types, const Communicator& ranks) {
   filling.counts.assign(types, 0);
   for (const Cell& cell : filling.cells) ++filling.counts[cell.species];
   std::vector<std::int64_t> next = ranks.sumBefore(filling.counts);
@@ -47,10 +47,10 @@ Filling numbered(Filling filling, std::size_t types, const Communicator& ranks) 
   return filling;
 }
 
-Filling numbered(const Packing& packing) {
+CellsToAdd numbered(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const std::vector<BuiltCell>& types = problem.running()->cells;
-  Filling filling;
+  CellsToAdd filling;
   for (std::size_t i = 0; i < packing.cells.size(); ++i) {
     const PlacedCell& cell = packing.cells[i];
     const BuiltCell* type = problem.running()->cell(problem.species[cell.species].name);
@@ -84,8 +84,8 @@ SharedCase withoutSection(const SharedCase& simulation) {
 }
 
 /// Packs, and writes what is requested.
-Filling packAndWrite(const CompletedRequest& completed, const OutputRequest& output, Session& session,
-                     const Communicator& ranks) {
+CellsToAdd packAndWrite(const CompletedRequest& completed, const OutputRequest& output, Session& session,
+                        const Communicator& ranks) {
   const std::shared_ptr<const Problem> problem = session.prepare(completed);
   const bool withFiles = completed.request.states("outputDirectory");
   onFirstRank(ranks, [&] { requireWritableOutputs(*problem, output, withFiles); });
@@ -106,7 +106,7 @@ Filling packAndWrite(const CompletedRequest& completed, const OutputRequest& out
 
 }  // namespace
 
-Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks) {
+CellsToAdd fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks) {
   const InputRecord inputs;
   Session session(addedToHemocell, {}, ranks);
   CompletedRequest completed;
@@ -251,7 +251,7 @@ std::string unkeptText(const std::vector<std::pair<std::size_t, std::string>>& o
 /// @param unkept of this rank, see unkeptCells()
 /// @throws InputError if there are any and they are not to be left out
 void leaveOutUnkept(const std::vector<std::pair<std::size_t, std::string>>& unkept, StateCells& state,
-                    Filling& filling, bool leavesOut, const std::string& file, const Communicator& ranks) {
+                    CellsToAdd& filling, bool leavesOut, const std::string& file, const Communicator& ranks) {
   const std::string text = unkeptText(unkept, ranks.sum(std::int64_t(state.cells.size())), ranks);
   if (text.empty()) return;
   together(ranks, [&] {
@@ -301,8 +301,8 @@ std::string unfinishedText(const StateCells& state) {
 
 }  // namespace
 
-Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
-                      bool leavesOut, const Communicator& ranks) {
+CellsToAdd fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
+                         bool leavesOut, const Communicator& ranks) {
   const Timer timer;
   const RunningSystem& running = *simulation->running;
   StateCells state = readStateCells(file, ranks);
@@ -332,7 +332,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
         fmt::format("HemoCell builds another template of '{}', as at another lattice spacing", found.other),
         requested(file));
   if (!deformed && !state.certified) return packedFrom(unfinishedText(state), requested(file));
-  Filling filling;
+  CellsToAdd filling;
   for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(posLineOf(cell.pose)));
   CompletedRequest asTheyAre = withoutClearance(requested({}));
   asTheyAre.request.bestEffort = true;  // however dense

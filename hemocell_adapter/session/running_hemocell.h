@@ -15,7 +15,7 @@
 namespace packmesh::hemocell {
 
 /// Cells to be added, whose species are indices into RunningSystem::cells.
-struct Filling {
+struct CellsToAdd {
   std::vector<std::int64_t> counts;  ///< of each type, on all ranks
   /// This rank's share, as HemoCell numbers the cells of .pos files: by type, then in the order of the file,
   /// from 0.
@@ -29,7 +29,7 @@ struct Filling {
 /// other files that the request or `<packing>` ask for are written. .pos files are not, except to a stated
 /// output folder.
 /// @throws AgreedFailure, InputError, OutputError. Nothing is interrupted by signals. All ranks call
-Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks);
+CellsToAdd fill(std::shared_ptr<const Case> simulation, const Request& asked, const Communicator& ranks);
 
 /// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
 /// the fluid nodes, and so are cells that all have meshes of their own; unless they were certified in this
@@ -38,8 +38,8 @@ Filling fill(std::shared_ptr<const Case> simulation, const Request& asked, const
 /// @param leavesOut cells that HemoCell would delete are left out, with a warning; otherwise they are an
 /// error
 /// @throws AgreedFailure, InputError. All ranks call
-Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
-                      bool leavesOut, const Communicator& ranks);
+CellsToAdd fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
+                         bool leavesOut, const Communicator& ranks);
 
 /// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
 /// HemoCell; either all of them have vertices that are kept, or none.

@@ -18,7 +18,7 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
@@ -27,7 +27,7 @@
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/problem/soft_problem.h"
-#include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/clearance_search.h"
 #include "hemocell_adapter/session/examination.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
@@ -171,7 +171,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   big.request.dischargeHematocrit.reset();
   big.request.hematocrit.reset();
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
-  return problemWithCells(big, tiledPlans(problem, result), clearances, problem.ranks);
+  return problemOfExistingCells(big, tiledPlans(problem, result), clearances, problem.ranks);
 }
 
 namespace {
@@ -355,8 +355,8 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
   request.soft = false;
   if (!fewerCells) request.maxSeconds *= shareOfTime;
   request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
-  Attempts attempts(rigid, output, sample, hooks_, false);
-  Packing found = attempts.withClearances(timer_, fewerCells);
+  ClearanceSearch search(rigid, output, sample, hooks_, false);
+  Packing found = search.withClearances(timer_, fewerCells);
   if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
   if (found.cellCount == 0 || (!fewerCells && found.outcome != Outcome::certified)) return {};
@@ -366,10 +366,10 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
 
 Packing Session::withClearances(const Ready& ready, const OutputRequest& output) {
   // From the certificate of soft cells nothing continues: it takes less time than they.
-  Attempts attempts(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
-  Packing found = attempts.withClearances(timer_);
-  stateSaved_ = stateSaved_ || attempts.saved();
-  stateSavedOnce_ = stateSavedOnce_ || attempts.savedAny();
+  ClearanceSearch search(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
+  Packing found = search.withClearances(timer_);
+  stateSaved_ = stateSaved_ || search.saved();
+  stateSavedOnce_ = stateSavedOnce_ || search.savedAny();
   return found;
 }
 
@@ -417,7 +417,7 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
   }
   packing.output = output;
   const bool repeats = problem.request.isTiled() && isEnough(packing);
-  packing = countCells(std::move(packing));
+  packing = withTally(std::move(packing));
   packing = repeats ? repeatInTiles(std::move(packing)) : verify(std::move(packing));
   packing.times = {timer_.cpu(), timer_.wall()};
   return packing;
@@ -474,7 +474,7 @@ Packing Session::repeatInTiles(Packing before) {
   done.output = before.output;
   done.packed = big->atDemanded;
   done.state = std::move(end);
-  done = verify(countCells(std::move(done)));
+  done = verify(withTally(std::move(done)));
   before.state.reset();
   done.before = std::make_shared<const Packing>(std::move(before));
   return done;

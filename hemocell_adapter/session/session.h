@@ -12,7 +12,7 @@
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/problem.h"
-#include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/clearance_search.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/parallel/communicator.h"
 

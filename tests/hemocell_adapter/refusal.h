@@ -11,7 +11,7 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/session.h"

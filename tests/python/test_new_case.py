@@ -275,6 +275,14 @@ def test_cells_are_packed_by_the_case_or_before(bifurcation, tmp_path):
     assert packmesh.pack(case=folder / "config.xml").complete
 
 
+def test_cells_of_a_capillary_are_soft_where_asked(tmp_path):
+    write_off(tmp_path / "capillary.off", *swept(straight(), 2.5))
+    with pytest.raises(packmesh.InfeasibleError, match="or --soft, with which cells deform"):
+        packmesh.new_case(tmp_path / "capillary.off", None, unit="um", hematocrit=0.2, platelets=0)
+    case = packmesh.new_case(tmp_path / "capillary.off", None, unit="um", hematocrit=0.2, platelets=0, soft=True)
+    assert case.counts == {"RBC": 3} and any("cells will be soft" in line for line in case.text)
+
+
 def test_cells_of_the_user(tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(80.0), 14.0))
     (tmp_path / "WBC.xml").write_text(WHITE)

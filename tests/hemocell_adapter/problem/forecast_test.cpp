@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/clearance_search.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"

@@ -92,11 +92,11 @@ TEST_CASE("A problem is made for a check without numbers, and knows what it cann
 
 TEST_CASE("Parts have all cells of a problem, and other clearances other walls", "[make]") {
   const Problem problem = planned(inTube({"--hematocrit", "0.2"}));
-  const auto cellsIn = [](const PackedParts& packed) {
+  const auto cellsIn = [](const PartsToPack& packed) {
     return std::accumulate(packed.parts.begin(), packed.parts.end(), std::int64_t(0),
                            [](std::int64_t sum, const Part& part) { return sum + part.cells.count; });
   };
-  const PackedParts wide = partsAt(problem, problem.layout, {0.1, 0.5});
+  const PartsToPack wide = partsAt(problem, problem.layout, {0.1, 0.5});
   CHECK(cellsIn(problem.atDemanded) == problem.mostCells());
   CHECK(cellsIn(wide) == problem.mostCells());
   CHECK(wide.clearances.wall == 0.5);
@@ -125,7 +125,7 @@ TEST_CASE("A problem with other cells has these, and asks for what it asked for"
   plans[0].start = {PosLine{{10, 0, 0}, {90, 0, 0}}, PosLine{{20, 0, 0}, {90, 0, 0}}};
   plans[0].start[1].vertices = scaledBy(1.1, problem.species[0].shape->mesh().vertices);
   plans[0].ownTriangles = problem.species[0].shape->mesh().triangles;
-  const Problem made = withCells(problem, plans, {0.05, 0.3});
+  const Problem made = withOtherCells(problem, plans, {0.05, 0.3});
   CHECK(made.species[0].count == 2);
   CHECK(made.request.hematocrit == 0.1);
   CHECK(made.hematocrit == 0.1);

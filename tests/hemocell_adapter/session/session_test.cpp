@@ -5,7 +5,7 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"

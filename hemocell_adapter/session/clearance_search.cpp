@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/clearance_search.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/cat/state_frames.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -167,8 +167,8 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const PackingResult& pa
 
 }  // namespace
 
-Attempts::Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
-                   const Hooks& hooks, bool isContinued)
+ClearanceSearch::ClearanceSearch(std::shared_ptr<const Problem> problem, const OutputRequest& output,
+                                 LumenSample& sample, const Hooks& hooks, bool isContinued)
     : shared_(std::move(problem)),
       problem_(*shared_),
       output_(output),
@@ -177,8 +177,8 @@ Attempts::Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& 
       isContinued_(isContinued),
       last_(problem_.atDemanded) {}
 
-const PackedParts& Attempts::partsWith(const Clearances& clearances) {
-  const auto have = [&](const PackedParts& parts) {
+const PartsToPack& ClearanceSearch::partsWith(const Clearances& clearances) {
+  const auto have = [&](const PartsToPack& parts) {
     return parts.clearances.membranes == clearances.membranes && parts.clearances.wall == clearances.wall;
   };
   if (!have(last_))
@@ -186,7 +186,8 @@ const PackedParts& Attempts::partsWith(const Clearances& clearances) {
   return last_;
 }
 
-std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, const AttemptLimits& limits) {
+std::optional<PackingResult> ClearanceSearch::packAt(const Clearances& clearances,
+                                                     const AttemptLimits& limits) {
   const Request& request = problem_.request;
   PackingProblem packing =
       packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted,
@@ -221,7 +222,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   return result;
 }
 
-Packing Attempts::withClearances(const Timer& timer, bool fewerCells) {
+Packing ClearanceSearch::withClearances(const Timer& timer, bool fewerCells) {
   const Communicator& ranks = problem_.ranks;
   const std::vector<Clearances> levels = clearanceLevels(problem_);
   Packing packing(packWithClearances(
@@ -229,7 +230,7 @@ Packing Attempts::withClearances(const Timer& timer, bool fewerCells) {
       [&] { return ranks.max(timer.wall()); },
       [&](const Clearances& clearances, AttemptLimits limits) {
         limits.fewerCells = limits.fewerCells && fewerCells;
-        return (*this)(clearances, limits);
+        return packAt(clearances, limits);
       }));
   const bool ended = packing.outcome == Outcome::interrupted || ranks.any(isInterrupted());
   if (!ended) {
@@ -244,7 +245,7 @@ Packing Attempts::withClearances(const Timer& timer, bool fewerCells) {
   return packing;
 }
 
-std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {
+std::size_t ClearanceSearch::firstLevel(const std::vector<Clearances>& levels) {
   const auto& restart = problem_.request.restart;
   if (!restart || !isContinued_ || levels.size() == 1) return 0;
   std::string digest;

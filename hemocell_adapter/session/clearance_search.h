@@ -57,17 +57,17 @@ struct Hooks {
 };
 
 /// References its arguments. All ranks call everything together.
-class Attempts {
+class ClearanceSearch {
  public:
   /// @param sample of the lumen, for estimates of the time that is left
   /// @param isContinued whether the first attempt continues from the state of `restart`, and states are saved
   /// for that; otherwise only that of the result is kept
-  Attempts(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
-           const Hooks& hooks = {}, bool isContinued = true);
+  ClearanceSearch(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
+                  const Hooks& hooks = {}, bool isContinued = true);
 
   /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
-  std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
+  std::optional<PackingResult> packAt(const Clearances& clearances, const AttemptLimits& limits);
 
   /// Packs with the widest clearances that are found quickly, as packWithClearances() does, and reports
   /// effort and clearances unless interrupted. Its cells are not counted yet. @param timer since packing
@@ -83,7 +83,7 @@ class Attempts {
   bool savedAny() const { return savedAny_; }
 
  private:
-  const PackedParts& partsWith(const Clearances& clearances);
+  const PartsToPack& partsWith(const Clearances& clearances);
   bool isInterrupted() const { return hooks_.interrupted && hooks_.interrupted(); }
 
   const std::shared_ptr<const Problem> shared_;
@@ -92,7 +92,7 @@ class Attempts {
   ProgressLog progress_;
   Hooks hooks_;
   const bool isContinued_;
-  PackedParts last_;                 ///< of the last attempt
+  PartsToPack last_;                 ///< of the last attempt
   std::optional<PackingState> end_;  ///< of the last attempt that had a result
   bool begun_ = false, saved_ = false, savedAny_ = false;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Attempts to pack a problem with more clearance than demanded.
-#include "hemocell_adapter/session/attempts.h"
+// ClearanceSearch to pack a problem with more clearance than demanded.
+#include "hemocell_adapter/session/clearance_search.h"
 
 #include <catch2/catch.hpp>
 #include <memory>
@@ -34,8 +34,8 @@ TEST_CASE("A packing has its problem, and the parts with the clearances that its
       problemShared({"16", "16", "16", "--rbc", "6", "--seed", "3"});
   const OutputRequest output;
   LumenSample sample(*problem);
-  Attempts attempts(problem, output, sample);
-  const Packing packing = attempts.withClearances(Timer());
+  ClearanceSearch search(problem, output, sample);
+  const Packing packing = search.withClearances(Timer());
   CHECK(packing.problem == problem);
   CHECK(packing.outcome == Outcome::certified);
   CHECK(packing.clearance > problem->demanded.membranes);
@@ -44,7 +44,7 @@ TEST_CASE("A packing has its problem, and the parts with the clearances that its
   CHECK(packing.certificate.minimumGap >= packing.clearance);
   CHECK(packing.packed.parts.size() == packing.counts.size());
   CHECK_FALSE(packing.state);
-  CHECK_FALSE(attempts.savedAny());
+  CHECK_FALSE(search.savedAny());
 }
 
 TEST_CASE("One attempt packs with the clearances that it is given, or says that they are impossible",
@@ -53,11 +53,11 @@ TEST_CASE("One attempt packs with the clearances that it is given, or says that 
   const OutputRequest output;
   const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--walls", "xyz"});
   LumenSample sample(*problem);
-  Attempts attempts(problem, output, sample);
+  ClearanceSearch search(problem, output, sample);
   AttemptLimits all;
   all.fewerCells = false;
-  CHECK_FALSE(attempts({0.0, 7.9}, all));
-  const std::optional<PackingResult> packed = attempts({0.2, 0.1}, all);
+  CHECK_FALSE(search.packAt({0.0, 7.9}, all));
+  const std::optional<PackingResult> packed = search.packAt({0.2, 0.1}, all);
   REQUIRE(packed);
   CHECK(packed->outcome == Outcome::certified);
   CHECK(packed->clearance == 0.2);
@@ -88,8 +88,8 @@ TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {
   hooks.interrupted = [] { return true; };
   const auto problem = problemShared({"16", "16", "16", "--rbc", "4"});
   LumenSample sample(*problem);
-  Attempts attempts(problem, output, sample, hooks);
-  const Packing packing = attempts.withClearances(Timer());
+  ClearanceSearch search(problem, output, sample, hooks);
+  const Packing packing = search.withClearances(Timer());
   CHECK(packing.outcome == Outcome::interrupted);
   CHECK(packing.cells.empty());
 }

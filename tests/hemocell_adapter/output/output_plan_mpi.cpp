@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "packMesh/core/error.h"
 #include "tests/support/temporary_folder.h"
 

@@ -333,7 +333,7 @@ class Distribution {
     regions_ = ranks.gatherAll(mine);
   }
 
-  std::vector<Cell> operator()(const hemocell::Filling& packed) const {
+  std::vector<Cell> operator()(const hemocell::CellsToAdd& packed) const {
     // Without their own vertices, which follow one after the other; `shape` is the number of these.
     std::vector<std::vector<PlacedCell>> to(ranks_.size());
     std::vector<std::vector<std::int64_t>> idsTo(ranks_.size());
@@ -444,7 +444,7 @@ Filling guarded(const System& system, const Work& work) {
   return filling;
 }
 
-Filling distributed(const hemocell::Filling& packed, const System& system, const RunningSystem& running,
+Filling distributed(const hemocell::CellsToAdd& packed, const System& system, const RunningSystem& running,
                     const Communicator& ranks) {
   hemocell::warnOfLostCells(system, ranks);
   Filling filling;

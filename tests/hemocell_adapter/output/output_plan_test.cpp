@@ -2,7 +2,7 @@
 // What runs write, and where.
 #include <catch2/catch.hpp>
 
-#include "hemocell_adapter/output/output_files.h"
+#include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 
