@@ -101,6 +101,9 @@ void warnOfLostCells(const plugin::System& system, const Communicator& ranks) {
 }  // namespace packmesh::hemocell
 
 namespace packmesh::plugin {
+
+const int interface_ba88018d = 0;
+
 namespace {
 
 namespace fs = std::filesystem;

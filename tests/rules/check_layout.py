@@ -9,9 +9,11 @@
   them have at least 110, and there are at most 330, of the C++ side of the Python package too: files are concepts.
 - Modules of the Python package import those of their floor, without circles, and of floors above it in the list of contributing.md.
 - What the wing cat/ consists of is named in at most 20 lines of the rest of the tree.
+- The interface of the plug-in is named by its contents, so that a case and a library of different ones do not run together.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
 """
 import ast
+import hashlib
 import pathlib
 import re
 import statistics
@@ -182,6 +184,16 @@ def check_tolerances():
                 faults.append(f"{path}:{number + 1}: a bare tolerance without its reason: {line.strip()}")
 
 
+def check_interface():
+    header, *others = (ROOT / "hemocell_adapter/plugin" / name
+                       for name in ("include/packMesh/hemocell_system.h", "include/packMesh/hemocell.h", "plugin_library.cpp"))
+    text = re.sub(r"//[^\n]*", "", header.read_text())
+    name = "interface_" + hashlib.sha256(re.sub(r"\s|interface_[0-9a-f]{8}", "", text).encode()).hexdigest()[:8]
+    faults.extend(f"{path.relative_to(ROOT)}: {found} is to be {name}" for path in (header, *others)
+                  for found in sorted(set(re.findall(r"interface_[0-9a-f]{8}", path.read_text())) - {name}))
+
+
+check_interface()
 check_includes()
 check_cycles()
 check_python()

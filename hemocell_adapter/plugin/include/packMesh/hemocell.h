@@ -23,6 +23,8 @@ namespace packmesh {
 
 namespace plugin {
 
+__attribute__((used)) static const int* const interfaceOfCase = &interface_ba88018d;
+
 /// Calls work(system) on the ranks that have cells, and stops on all ranks if it failed.
 template <class Work>
 Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
