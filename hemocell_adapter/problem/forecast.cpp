@@ -25,13 +25,10 @@ namespace {
 /// and at the faces of the nodes that HemoCell excludes, between which membranes can protrude.
 constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
 
-/// Number of points at which the distance to walls is sampled, exactly where it is less [µm]: far from walls
-/// it takes long, and is only compared.
+/// Number of points at which the distance to walls is sampled, exactly where it is less [spacings of the
+/// samples]: far from walls it takes long, and is only compared.
 constexpr int points = 16000;
 constexpr double exactWithin = 2.5;
-
-/// Interpolated distances are less by this at most, in the middle of a lumen [µm].
-constexpr double interpolationError = 1.0;
 
 /// Where cells can be is larger than the volume of a vessel by the continuation of its ends; smaller
 /// differences are those of the sample.
@@ -111,7 +108,8 @@ void LumenSample::drawFrom(const AccessibleSpace& cover) {
                            Quaternion::Identity())
                      .position;
       distances[i] = sampled.sample(tried[i]).distance;
-      if (std::abs(distances[i]) < exactWithin) distances[i] = wall_->distance(tried[i]).distance;
+      if (std::abs(distances[i]) < exactWithin * sampled.spacing())
+        distances[i] = wall_->distance(tried[i]).distance;
     }
   });
   for (int i = 0; i < points; ++i) {
@@ -119,6 +117,7 @@ void LumenSample::drawFrom(const AccessibleSpace& cover) {
     inside_.push_back(tried[i]);
     distances_.push_back(distances[i]);
   }
+  interpolationError_ = sampled.spacing();
   const double found = double(inside_.size()) / points * cover.volume();
   if (found > leastContinuation * volume_) volume_ = found;
 }
@@ -163,7 +162,7 @@ Room LumenSample::measured(int s) const {
     if (depth < 0.0) continue;
     if (reaches && !reaches(inside_[i])) {
       const double widest = room.narrow ? room.narrow->width : leastWidth;
-      if (2.0 * (distances_[i] + interpolationError) < widest) continue;
+      if (2.0 * (distances_[i] + interpolationError_) < widest) continue;
       const double width = 2.0 * wall_->distance(inside_[i]).distance;
       if (width >= widest) room.narrow = {inside_[i], width};
       continue;

@@ -48,7 +48,8 @@ class LumenSample {
   const Wall* wall_ = nullptr;
   double volume_ = 0.0;  ///< where cells can be [µm³]; 0: not drawn yet
   std::vector<Vec3> inside_;
-  std::vector<double> distances_;  ///< of them to wall_ [µm]; those far from it by interpolation
+  std::vector<double> distances_;    ///< of them to wall_ [µm]; those far from it by interpolation
+  double interpolationError_ = 0.0;  ///< distances are less by this at most, in the middle of a lumen [µm]
   std::map<int, Room> rooms_;
 };
 

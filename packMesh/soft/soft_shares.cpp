@@ -2,7 +2,6 @@
 #include "packMesh/soft/soft_shares.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "packMesh/parallel/blocks.h"
 
@@ -24,14 +23,8 @@ SoftShares::SoftShares(const std::vector<Vec3>& centers, const std::vector<std::
     : ranks_(ranks), owner_(centers.size(), 0), sends_(ranks.size()), receives_(ranks.size()) {
   if (!ranks.alone() && !centers.empty()) {
     Box bounds;
-    bounds.lo = Vec3::Constant(std::numeric_limits<double>::max());
-    bounds.hi = -bounds.lo;
-    for (const Vec3& p : centers)
-      for (int k = 0; k < 3; ++k) {
-        bounds.lo[k] = std::min(bounds.lo[k], p[k] - blockEdge);  // no block is flat
-        bounds.hi[k] = std::max(bounds.hi[k], p[k] + blockEdge);
-      }
-    const BlockGrid blocks(bounds, Vec3::Zero(), 0.5 * blockEdge, blockEdge);
+    for (const Vec3& p : centers) bounds.add(p);
+    const BlockGrid blocks(bounds.grownBy(blockEdge), Vec3::Zero(), 0.5 * blockEdge, blockEdge);
     std::vector<std::int64_t> ofBlock(std::size_t(blocks.count()), 0);
     for (std::size_t i = 0; i < centers.size(); ++i) ofBlock[blocks.blockOf(centers[i])] += work[i];
     const BlockOwners owners(blocks, ofBlock, ranks.size());

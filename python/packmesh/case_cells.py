@@ -92,14 +92,13 @@ def write_cell(folder: str, cell: CaseCell, dx: float) -> None:
         with open(place, "w", encoding="utf-8") as out:
             out.write(own_text(cell, dx))
         return
-    shutil.copyfile(cell.file, place)
-    if cell.mesh:
-        files.require_regular(cell.mesh)
-        shutil.copyfile(cell.mesh, os.path.join(folder, os.path.basename(cell.mesh)))
-        with open(cell.file, encoding="utf-8") as file:
-            text = file.read()
-        with open(place, "w", encoding="utf-8") as out:
-            out.write(re.sub(r"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", lambda found: found[1] + os.path.basename(cell.mesh) + found[2], text))
+    if not cell.mesh:
+        shutil.copyfile(cell.file, place)
+        return
+    files.require_regular(cell.mesh)
+    shutil.copyfile(cell.mesh, os.path.join(folder, os.path.basename(cell.mesh)))
+    with open(cell.file, encoding="utf-8") as file, open(place, "w", encoding="utf-8") as out:
+        out.write(re.sub(r"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", lambda found: found[1] + os.path.basename(cell.mesh) + found[2], file.read()))
 
 
 def own_text(cell: CaseCell, dx: float) -> str:
