@@ -316,13 +316,14 @@ class _Maker:
                  f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
         steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt)))
+        velocities = max(1, steps // 4)
         self._kinds |= {"pos" if pos else "plugin", "series" if len(seeds) > 1 else "single"}
         self._words = {
             "title": f"Blood in {surface}", "version": _module().version(), "command": command_text,
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
             "envelope": self._envelope, "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
             "name": "case", "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
-            "material": steps, "particle": max(1, steps // 4)}
+            "material": steps // velocities * velocities, "particle": velocities}  # HemoCell refuses other than multiples
         case_folder.write_case(folder, self._shape, self._cells, self._kinds, self._words, seeds)
 
     def result(self, work: str, folder: Optional[Path], unit: str, vessel: Vessel) -> NewCase:
@@ -387,7 +388,7 @@ class _Maker:
         lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
                      + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
         lines += [line for line in forecasted.text if line.startswith(("RBC can be in", "Undeformed cells"))]
-        lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} ranks")
+        lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} rank{'s' * (case.ranks != [1])}")
         lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
                      f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
         return lines

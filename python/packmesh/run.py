@@ -43,8 +43,10 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
     columns += [(name, of(name, "count"), 0) for name in names]
     inlets = list(dict.fromkeys(name for step in steps for name in step["preInlet"]))
     columns += [(f"{name} (inlet)", [step["preInlet"].get(name) for step in steps], 0) for name in inlets]
-    columns += [("lost", [step["lost"] for step in steps], 0), ("hematocrit", [step["hematocrit"] for step in steps], 4),
-                ("layer [µm]", [step["cellFreeLayer"] for step in steps], 2)]
+    columns += [("left", [step.get("left") for step in steps], 0), ("lost", [step["lost"] for step in steps], 0),
+                ("hematocrit", [step["hematocrit"] for step in steps], 4)]
+    columns += [(f"in {name}", [step["branches"][name] for step in steps], 4) for name in steps[0].get("branches") or {}]
+    columns += [("layer [µm]", [step["cellFreeLayer"] for step in steps], 2)]
     if platelets:
         columns.append((f"{platelets} at wall", of(platelets, "nearWall"), 2))
     columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3), ("inclination [°]", of(red, "inclination"), 1),
@@ -137,13 +139,18 @@ def write_state(run: Run, iterations: List[int], words: argparse.Namespace) -> N
     files.say(f"Wrote {words.state}: {counts} of iteration {iteration}")
 
 
+def outlets_of(lumen: Optional[RunLumen]) -> List[str]:
+    """Where they are."""
+    return [] if lumen is None else [f"outlet {number}: {outlet}" for number, outlet in enumerate(lumen.outlets, 1)]
+
+
 def page_data(run: Run, steps: List[Dict[str, Any]], analysis: RunAnalysis) -> Dict[str, Any]:
     columns = columns_of(steps)
     lumen = analysis.lumen
     return {"title": f"Run {os.path.basename(os.path.abspath(run.folder))}",
             "subtitle": f"{len(steps)} steps of {os.path.abspath(run.folder)}" + (f", {lumen.description}" if lumen else ""),
             "species": [], "steps": steps, "nearWall": analysis.near_wall, "axis": "xyz"[lumen.flow_axis] if lumen else None,
-            "entered": analysis.entered,
+            "entered": analysis.entered, "outlets": outlets_of(lumen),
             "table": {"heads": ["#" + head for head, _, _ in columns],
                       "rows": [[text_of(values[i], decimals) for _, values, decimals in columns] for i in range(len(steps))]},
             "lost": {"heads": HEADS_OF_LOST, "rows": rows_of_lost(analysis)}}
@@ -191,6 +198,9 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
         files.warn(f"{text}; cells that are lost there are not listed")
     if analysis.entered:
         files.say(f"Cells that entered: {analysis.entered}")
+    outlets = outlets_of(analysis.lumen)
+    if outlets:
+        files.say(f"Cells that left: {analysis.left}, by {'; '.join(outlets)}")
 
 
 def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:

@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""The lumen of the case that a run is of: its volume, and distances to its wall. Needs the C++ module."""
+"""The lumen of the case that a run is of: its volume, distances to its wall, its outlets and their branches. Needs the C++ module."""
 from __future__ import annotations
 
+import dataclasses
+import functools
+import glob
+import itertools
 import math
 import os
+import re
 import xml.etree.ElementTree
-from typing import TYPE_CHECKING, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Dict, List, Optional, Set, Tuple, Union
 
 import numpy as np
 
 from packmesh.errors import InputError
+from packmesh.vessel_surface import caps_of
 
 if TYPE_CHECKING:
     from packmesh.hemocell_run import Step
@@ -21,6 +27,9 @@ SECTORS_ALONG, SECTORS_AROUND = 6, 12
 _ROUNDING = 1e-5  # of lattice spacings
 _AT_BORDER = 0.01  # ends of lumens are known up to this [lattice spacings]
 _CUT = 2  # most planes of solid nodes at the high ends of a vessel that a case with <blockSize> leaves out
+_FLAT = 1e-3  # least distance from a face of the box of what is not part of an end there [µm]
+_CUBES = 1 << 21  # most cubes of the box around a vessel that is divided into branches
+_STEPS = (3, 4, 5)  # lengths of the steps to the 6, 12 and 8 neighbours of a cube, thirds of its edge (chamfer distance of Borgefors, 1986)
 
 
 class OtherCaseError(InputError):
@@ -55,9 +64,24 @@ def number_in_case(config: str, tag: str) -> Optional[float]:
     return value
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Opening:
+    """An end of the surface of a vessel in a face of its box. axis, side: 0 and -1 for the low face of x; center: [µm]; radius: of the
+    farthest vertex from it [µm]"""
+
+    axis: int
+    side: int
+    center: np.ndarray
+    radius: float
+
+    def __str__(self) -> str:
+        return f"{'xyz'[self.axis]}{'+' if self.side > 0 else '-'} ({', '.join(f'{x:.1f}' for x in self.center)} µm)"
+
+
 class RunLumen:
     """volume: [µm³]; low, high: corners of its box [µm]; period: 0 where it is not periodic [µm], shape (3,)
-    flow_axis: the periodic axis, or the longest one"""
+    flow_axis: the periodic axis, or the longest one
+    outlets: ends of a vessel behind a pre-inlet where blood flows out"""
 
     def __init__(self, config: str) -> None:
         """That in which the cells flow, behind a pre-inlet if there is one, with periodic ends; with closed ones if their outlines
@@ -73,6 +97,36 @@ class RunLumen:
         self.low, self.high = (np.array(corner) for corner in self._lumen.bounds)
         self.period = np.array(self._lumen.period)
         self.flow_axis = int(np.argmax(np.where(self.period > 0, 1e12, 1) * (self.high - self.low)))
+        openings = self._openings() if root_of(config).find("preInlet") is not None else []
+        inflow = _inflow_of(config)
+        self.outlets = [end for end in openings if (end.axis, end.side) != inflow]
+        self._inlets = [end for end in openings if (end.axis, end.side) == inflow]
+
+    @functools.cached_property
+    def branches(self) -> Optional["Branches"]:
+        """None of a vessel without forks, or whose inlet is not known."""
+        return Branches(self, self._inlets[0], self.outlets) if self._inlets and len(self.outlets) > 1 else None
+
+    def _openings(self) -> List[Opening]:
+        """In the order of their faces and centers; none of a surface of which more than two triangles share an edge."""
+        found: List[Opening] = []
+        if self.surface is None:
+            return found
+        vertices, triangles = self.surface
+        try:
+            triangles = triangles[caps_of(vertices, triangles)]
+        except InputError:
+            return found
+        for axis, side in itertools.product(range(3), (-1, 1)):
+            face = (self.low, self.high)[(side + 1) // 2][axis]
+            flat = triangles[np.all(np.abs(vertices[triangles, axis] - face) < _FLAT, axis=1)]
+            ends: List[Opening] = []
+            for part in _connected(flat):
+                points = vertices[np.unique(part)]
+                center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+                ends.append(Opening(axis, side, center, float(np.linalg.norm(points - center, axis=1).max())))
+            found += sorted(ends, key=lambda end: tuple(np.round(end.center, 2)))
+        return found
 
     @property
     def surface(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
@@ -146,3 +200,87 @@ class RunLumen:
         depth = self.distances(points)
         inside = depth > 0
         return points[inside], depth[inside], float(np.prod(self.high - self.low)) / SAMPLES
+
+
+class Branches:
+    """The parts of a vessel between its last forks and its outlets, and its stem, which is the rest.
+
+    names: "stem", "outlet 1", ...; volumes: of each [µm³]
+    """
+
+    def __init__(self, lumen: RunLumen, inlet: Opening, outlets: List[Opening]) -> None:
+        """A fork lies where the ways from an outlet to another one and to the inlet part: as far from the outlet as half of what these ways are
+        longer than the one between the others. Ways lead through cubes inside, from one to its neighbours."""
+        self.names = ["stem", *(f"outlet {number}" for number in range(1, len(outlets) + 1))]
+        size = lumen.high - lumen.low
+        self._edge = max(lumen._dx, float((size.prod() / _CUBES) ** (1 / 3)))
+        self._low = lumen.low - self._edge  # a layer of cubes around the box, none of which is inside
+        shape = np.ceil(size / self._edge).astype(int) + 2
+        places = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * self._edge for n in shape), indexing="ij"), axis=-1).reshape(-1, 3) + self._low
+        inside = lumen.distances(places) > 0
+        inside &= np.all((places > lumen.low) & (places < lumen.high), axis=1)
+        ends = [inlet, *outlets]
+        begin = [np.flatnonzero(inside & (np.abs(places[:, end.axis] - end.center[end.axis]) < 1.01 * self._edge)
+                                & (np.linalg.norm(places - end.center, axis=1) < end.radius + self._edge)) for end in ends]
+        ways = np.array([_ways(inside, shape, cubes) for cubes in begin])
+        between = np.array([[row[cubes].min(initial=np.inf) for cubes in begin] for row in ways])
+        self._shape, self._part = shape, np.zeros(len(inside), np.int64)
+        for k in range(1, len(ends)):
+            others = [j for j in range(1, len(ends)) if j != k]
+            with np.errstate(invalid="ignore"):  # of ends that are not connected
+                fork = min(0.5 * (between[k, j] + between[k, 0] - between[j, 0]) for j in others)
+            self._part[inside & (ways[k] < fork) & np.all(ways[k] < ways[others], axis=0)] = k
+        cubes = np.bincount(self._part[inside], minlength=len(self.names))
+        self.volumes = cubes * (lumen.volume / max(1, cubes.sum()))
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """Numbers of the parts of points [µm], shape (n,)."""
+        at = np.clip(((points - self._low) / self._edge).astype(int), 0, self._shape - 1)
+        return self._part[np.ravel_multi_index(tuple(at.T), tuple(self._shape))]
+
+
+def _inflow_of(config: str) -> Optional[Tuple[int, int]]:
+    """Axis and side of the pre-inlet in the C++ code beside a case; None if it does not state one."""
+    stated: Set[Tuple[str, str]] = set()
+    for name in glob.glob(os.path.join(glob.escape(os.path.dirname(os.path.abspath(config))), "*.cpp")):
+        with open(name, encoding="utf-8", errors="replace") as file:
+            stated.update(re.findall(r"^[^/\n]*Direction::([XYZ])(neg|pos)", file.read(), re.M))
+    if len(stated) != 1:
+        return None
+    axis, side = stated.pop()
+    return "XYZ".index(axis), -1 if side == "neg" else 1
+
+
+def _connected(triangles: np.ndarray) -> List[np.ndarray]:
+    """Triangles that share vertices, directly or through others."""
+    groups: Dict[int, int] = {}
+
+    def first(vertex: int) -> int:
+        while groups.setdefault(vertex, vertex) != vertex:
+            vertex = groups[vertex]
+        return vertex
+
+    for a, b, c in triangles.tolist():
+        groups[first(b)] = groups[first(c)] = first(a)
+    owners = np.array([first(a) for a in triangles[:, 0].tolist()], int)
+    return [triangles[owners == owner] for owner in np.unique(owners)]
+
+
+def _ways(inside: np.ndarray, shape: np.ndarray, begin: np.ndarray) -> np.ndarray:
+    """Lengths of the shortest ways from some cubes to each [thirds of an edge], infinite where there is none, shape (n,). inside: not of the outermost"""
+    length = np.full(len(inside), np.inf)
+    strides = np.array([shape[1] * shape[2], shape[2], 1])
+    steps = [(int(np.dot(step, strides)), _STEPS[np.count_nonzero(step) - 1]) for step in itertools.product((-1, 0, 1), repeat=3) if any(step)]
+    reached: Dict[int, List[np.ndarray]] = {0: [begin]}
+    at = 0
+    while reached:
+        cubes = np.unique(np.concatenate(reached.pop(at, [begin[:0]])))
+        cubes = cubes[np.isinf(length[cubes])]
+        length[cubes] = at
+        for step, far in steps if len(cubes) else ():
+            beyond = cubes + step
+            beyond = beyond[inside[beyond] & np.isinf(length[beyond])]
+            if len(beyond):
+                reached.setdefault(at + far, []).append(beyond)
+        at += 1
+    return length

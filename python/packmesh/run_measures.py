@@ -22,6 +22,8 @@ _AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wa
 _POINTS = 1 << 22  # for the volume of all cells by distance to the wall
 _FEWEST_POINTS, _MOST_POINTS = 30, 3000  # per cell
 _LEAST_ELONGATION = 0.02  # of cells whose longest axis has a direction
+_AT_OUTLET = 4.0  # cells that HemoCell deletes at an outlet, whose nodes it counts as solid, reach so near to the end [lattice spacings],
+_FASTER = 2.0  # or as near as they come until the next step when they move so much faster than before
 FAR_OUT = 2.0  # cells that reach so far out of the lumen are not in it [lattice spacings]
 _log = logging.getLogger("packmesh")
 
@@ -70,7 +72,7 @@ class RunAnalysis:
 
     near_wall: a platelet is near the wall if its centre is nearer to it [µm]
     envelope: length of particleEnvelope [µm], if it is known
-    lost: cells that disappeared; entered: number of cells that were not there before
+    lost: cells that disappeared; entered: number of cells that were not there before; left: number of those that disappeared at outlets
     unknown_ids: why cells of some steps cannot be told apart
     """
 
@@ -78,10 +80,11 @@ class RunAnalysis:
                  overlaps: bool = True) -> None:
         self.lumen, self.near_wall, self.envelope, self.overlaps = lumen, near_wall, envelope, overlaps
         self.lost: List[Lost] = []
-        self.entered = 0
+        self.entered = self.left = 0
         self.unknown_ids: List[str] = []
         self._first: Dict[str, OfSpecies] = {}
         self._before: Optional[Tuple[int, Dict[str, OfSpecies]]] = None
+        self._moved: Dict[str, Dict[int, float]] = {}  # velocities of the cells between the last two steps [µm per iteration]
         self._lumen_layers: Optional[Tuple[np.ndarray, np.ndarray]] = None
         self._lattice: Optional[Tuple[int, float, Optional[np.ndarray]]] = None  # iteration, spacing, extent [µm]
         self._told_outside = False
@@ -95,17 +98,18 @@ class RunAnalysis:
         found = {name: self._species(step, name, profiles, progress) for name in step.species_names}
         for name, one in found.items():
             self._first.setdefault(name, one)
-        before = len(self.lost)
+        before, left = len(self.lost), self.left
         uncounted = self._compare_with_step_before(step, found)
         volume: Optional[float] = sum(float(one.shapes.volume.sum()) for name, one in found.items() if is_red(name))
         volume = None if np.isnan(volume) else volume
         inlet = step.pre_inlet
         figures: Dict[str, Any] = {
             "iteration": step.iteration, "time": step.time, "lost": len(self.lost) - before + uncounted,
+            "left": self.left - left if self.lumen is not None and self.lumen.outlets else None,
             "species": {name: self._figures(name, one) for name, one in found.items()},
             "preInlet": {} if inlet is None else inlet.counts,
             "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen and volume is not None else None,
-            "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None,
+            "branches": profiles.hematocrits(), "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None,
             "selfIntersecting": None}
         figures.update(profiles.fractions(self._layers() if self.lumen else None))
         if self.overlaps:
@@ -206,10 +210,26 @@ class RunAnalysis:
                 continue
             self.entered += len(np.setdiff1d(ids, old.ids))
             for i in np.flatnonzero(~np.isin(old.ids, ids)):
+                if self._has_left(step, old, int(i), self._moved.get(name, {}).get(int(old.ids[i]), 0.0) * (step.iteration - iteration)):
+                    self.left += 1
+                    continue
                 center = tuple(round(float(x), 3) for x in old.shapes.center[i])
                 self.lost.append(Lost(name, int(old.ids[i]), iteration, step.iteration, center, float(old.shapes.length[i]),
                                       self._place(step, old, int(i))))
+            _, here, there = np.intersect1d(ids, old.ids, return_indices=True)
+            if new is not None and step.iteration != iteration:
+                way = np.linalg.norm(new.shapes.center[here] - old.shapes.center[there], axis=1) / abs(step.iteration - iteration)
+                self._moved[name] = dict(zip(ids[here].tolist(), way.tolist()))
         return uncounted
+
+    def _has_left(self, step: Step, cells: OfSpecies, i: int, way: float) -> bool:
+        """Whether a cell was so near to an outlet when it was last seen that it has left there. way: as far as it moves until this step [µm]"""
+        for end in [] if self.lumen is None else self.lumen.outlets:
+            reach = (cells.shapes.high if end.side > 0 else -cells.shapes.low)[i, end.axis]
+            beside = np.delete(cells.shapes.center[i] - end.center, end.axis)
+            if reach > end.side * end.center[end.axis] - _AT_OUTLET * step.dx - _FASTER * way and np.linalg.norm(beside) < end.radius + way:
+                return True
+        return False
 
     def _place(self, step: Step, cells: OfSpecies, i: int) -> str:
         """Where a cell was when it was last seen, in words."""
@@ -256,6 +276,7 @@ class _Profiles:
         self._seed = step.iteration
         self._along: Dict[str, np.ndarray] = {}
         self._by_depth: Dict[str, np.ndarray] = {}
+        self._in_branches = np.zeros(0 if lumen is None or lumen.branches is None else len(lumen.branches.names))  # red cells [µm³]
         self._nearest = np.full(SECTORS_ALONG * SECTORS_AROUND, np.inf)
 
     def add(self, name: str, vertices: np.ndarray, triangles: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
@@ -281,10 +302,19 @@ class _Profiles:
         if not lumen.has_wall:
             return
         points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)), self._seed)
+        if lumen.branches is not None and is_red(name):
+            self._in_branches += np.bincount(lumen.branches.of(points), weights, len(self._in_branches))
         layers = np.floor(np.maximum(lumen.distances(points), 0) / LAYER).astype(int)
         own, old = np.bincount(layers, weights), self._by_depth.get(name, np.zeros(0))
         size = max(len(own), len(old))
         self._by_depth[name] = np.pad(own, (0, size - len(own))) + np.pad(old, (0, size - len(old)))
+
+    def hematocrits(self) -> Optional[Dict[str, float]]:
+        """Of stem and branches."""
+        if self._lumen is None or self._lumen.branches is None:
+            return None
+        of = self._lumen.branches
+        return {name: float(inside / volume) if volume > 0 else 0.0 for name, inside, volume in zip(of.names, self._in_branches, of.volumes)}
 
     def cell_free_layer(self) -> Optional[float]:
         """Mean over the sectors of the least distance of a red cell's vertices to the wall [µm]."""

@@ -19,6 +19,7 @@ _SMALL = 0.01  # least diameter of a cap, over the diagonal of the surface
 _FRAGMENTS = 0.01  # parts with fewer than this share of all triangles are fragments
 _HOLE = 0.05  # an opening below this share of the largest end's diameter is a hole
 _HOLE_EDGES, _END_EDGES = 5, 12  # and so is one of so few edges where another has so many
+_FACET, _FACET_EDGES = 0.2, 8  # where another end has that many, a flat cap of so few edges, with less than this share of its diameter, is a facet of the wall
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -64,12 +65,16 @@ def vessel_of(name: str) -> Vessel:
     triangles = _oriented(name, triangles, repairs)
     used, number = np.unique(triangles, return_inverse=True)
     vertices, triangles = vertices[used], number.reshape(-1, 3)
-    caps = _caps(vertices, triangles)
-    wall = triangles[~caps]
-    outlines = _outlines(name, wall)
-    capped = np.zeros(len(vertices), bool)
-    capped[triangles[caps]] = True
-    ends = [_end(vertices, outline, bool(capped[outline].all())) for outline in outlines]
+    caps = caps_of(vertices, triangles)
+    while True:
+        wall, capped = triangles[~caps], np.zeros(len(vertices), bool)
+        capped[triangles[caps]] = True
+        ends = [_end(vertices, outline, bool(capped[outline].all())) for outline in _outlines(name, wall)]
+        facets = _facets(ends)
+        if not facets:
+            break
+        label = _components(len(vertices), triangles[caps][:, [0, 1, 1, 2]].reshape(-1, 2))
+        caps &= ~np.isin(label[triangles[:, 0]], [label[end.outline[0]] for end in facets])
     volume = np.einsum("ij,ij->i", vertices[wall[:, 0]] - vertices[wall[0, 0]],
                        np.cross(vertices[wall[:, 1]] - vertices[wall[0, 0]], vertices[wall[:, 2]] - vertices[wall[0, 0]])).sum()
     volume += sum(end.normal @ (end.center - vertices[wall[0, 0]]) * 1.5 * np.pi * end.diameter**2 / 2 for end in ends)
@@ -80,6 +85,12 @@ def vessel_of(name: str) -> Vessel:
     widest = max((end.diameter for end in ends), default=1.0)
     ends.sort(key=lambda end: (-round(end.diameter / widest, 2), *end.center))
     return Vessel(vertices, wall, ends, repairs)
+
+
+def _facets(ends: List[End]) -> List[End]:
+    """Flat caps that are parts of the wall."""
+    widest = max((end.diameter for end in ends if len(end.outline) >= _END_EDGES), default=0.0)
+    return [end for end in ends if end.was_closed and len(end.outline) <= _FACET_EDGES and end.diameter < _FACET * widest]
 
 
 def holes_of(vessel: Vessel) -> List[int]:
@@ -164,7 +175,7 @@ def _normals(vertices: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, n
     return normal / np.maximum(length, 1e-300)[:, None], 0.5 * length
 
 
-def _caps(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def caps_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Which triangles are flat, round and end in an edge, shape (T,)."""
     normal, area = _normals(vertices, triangles)
     pairs, _ = _neighbors("", triangles)

@@ -125,6 +125,31 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert "PreInlet" not in (folder / "case.cpp").read_text()
 
 
+@pytest.mark.parametrize("dx", [0.25, 0.5, 0.6, 0.75, 1, 2])
+def test_forces_are_computed_when_vertices_move(dx, tmp_path):
+    """HemoCell ends if the steps between two computations of the membranes' forces are no multiple of those between velocities."""
+    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
+    packmesh.new_case(tmp_path / "tube.stl", tmp_path / "tube", dx=dx, hematocrit=0.1)
+    forces, velocities = tag(tmp_path / "tube", "ibm/stepMaterialEvery"), tag(tmp_path / "tube", "ibm/stepParticleEvery")
+    assert forces % velocities == 0 and forces / velocities >= 1 and 1.2e-6 < forces * tag(tmp_path / "tube", "domain/dt") < 2.5e-6 or forces in (1, 20)
+
+
+def test_a_facet_is_no_end(tmp_path):
+    """A small flat part of the wall with a sharp edge, of few edges."""
+    vertices, triangles = swept(straight(), 10.0)
+    wall = triangles[:2 * 32 * 20]
+    at = 2 * 32 * 10  # a triangle of the wall is replaced by a little pyramid without its top
+    a, b, c = vertices[wall[at]]
+    out = np.cross(b - a, c - a)
+    top = np.array([(2 * p + a + b + c) / 5 + 0.5 * out / np.linalg.norm(out) for p in (a, b, c)])
+    n = len(vertices)
+    (i, j, k), (p, q, r) = wall[at], (n, n + 1, n + 2)
+    sides = [(i, j, q), (i, q, p), (j, k, r), (j, r, q), (k, i, p), (k, p, r), (p, q, r)]
+    write_off(tmp_path / "tube.off", np.concatenate([vertices, top]), np.concatenate([np.delete(triangles, at, axis=0), sides]))
+    vessel = vessel_surface.vessel_of(str(tmp_path / "tube.off"))
+    assert len(vessel.ends) == 2 and len(vessel.wall) == len(wall) + 6
+
+
 @pytest.mark.parametrize("caps", [(True, True), (False, True), (False, False)])
 def test_ends_are_openings_or_flat_caps(caps, tmp_path):
     write_off(tmp_path / "tube.off", *swept(quarter(), 6.0, caps))

@@ -210,6 +210,57 @@ def test_lost(case):
     assert float(rows[0]["hematocrit"]) == pytest.approx(shapes_of(cells, TRIANGLES).volume.sum() / (np.pi * 81 * 30), rel=1e-5)
 
 
+@pytest.fixture(scope="module")
+def fed(tmp_path_factory):
+    """A case of a bifurcation behind a pre-inlet, in a coarse lattice, and what new_case() says of it."""
+    folder = tmp_path_factory.mktemp("fed")
+    output_of(["make-vessel", "bifurcation", "vessel.stl", "--radius", "10", "--length", "80", "--spacing", "2.5"], folder)
+    return folder / "case", packmesh.new_case(folder / "vessel.stl", folder / "case", dx=1, velocity=2)
+
+
+def test_outlets_and_branches(fed):
+    """Ends of a vessel behind a pre-inlet apart from the inlet, and the parts between the fork and each of them."""
+    folder, made = fed
+    lumen = RunLumen(str(folder / "config.xml"))
+    placed = sorted((end for end in made.ends if end["role"] == "outlet"), key=lambda end: end["center"][1])
+    for found, end in zip(lumen.outlets, placed):
+        assert ("x-", "x+")[found.side > 0] == end["face"]
+        np.testing.assert_allclose(found.center, np.array(end["center"]) + [2.5, 1, 1], atol=0.1)  # HemoCell copies the last plane outwards
+        assert found.radius == pytest.approx(end["diameter"] / 2, rel=0.1)
+    branches = lumen.branches
+    assert branches.names == ["stem", "outlet 1", "outlet 2"] and branches.volumes.sum() == pytest.approx(lumen.volume)
+    assert branches.volumes[1] == pytest.approx(branches.volumes[2], rel=0.1) and branches.volumes[1] > 0.1 * lumen.volume
+    first, second = (end.center for end in lumen.outlets)
+    middle = 0.5 * (first + second)
+    np.testing.assert_array_equal(branches.of(np.array([middle * [0, 1, 1] + [3, 0, 0], middle * [0, 1, 1] + [40, 0, 0], first - [5, 0, 0], second - [5, 0, 0]])), [0, 0, 1, 2])
+
+
+def test_cells_leave_at_outlets(fed):
+    """Of three cells that disappear one was at an outlet, one came there until the next step, and one was inside."""
+    folder, made = fed
+    lumen = RunLumen(str(folder / "config.xml"))
+    first, second = (end.center for end in lumen.outlets)
+    shutil.rmtree(folder / "out", ignore_errors=True)
+    writer = Writer(folder / "out", nodes=made.nodes, dx=1, dt=made.dt, blocks=(1, 1, 1), periodic=(False,) * 3)
+    at = {1: first - [4, 0, 0], 2: second - [25, 0, 0], 3: first - [25, 0, 0], 4: second - [40, 0, 0]}
+    for iteration, ids in ((0, [1, 2, 3, 4]), (100, [2, 3, 4]), (200, [4])):
+        places = {1: at[1], 2: at[2] + [0.12 * iteration, 0, 0], 3: at[3] + [0.01 * iteration, 0, 0], 4: at[4]}
+        cells = np.array([ball(places[i], 2) for i in ids])
+        writer.write(iteration, {"RBC": (cells, TRIANGLES, np.array(ids))})
+        writer.write(iteration, {"RBC": (cells[:0], TRIANGLES, np.zeros(0, int))}, suffix="_PRE")
+    text = run_command("out", "--case", "config.xml", "--csv", "tables", "--no-overlaps", cwd=folder)
+    assert "Cells that left: 2, by outlet 1: x+ (" in text and re.search(r"RBC 3 +100 +200 .*inside", text) and text.count("inside") == 1
+    with open(folder / "tables/steps.csv", newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["left"] for row in rows] == ["0", "1", "1"] and [row["lost"] for row in rows] == ["0", "0", "1"]
+    volume = SPHERE.volume[0] * 8
+    for name, count, number in (("in outlet 1", 2, 1), ("in outlet 2", 1, 2), ("in stem", 1, 0)):
+        assert float(rows[0][name]) * lumen.branches.volumes[number] == pytest.approx(count * volume, rel=0.02)
+    page = (folder / "out/run.html").read_text()
+    data = json.loads(re.search(r'<script type="application/json" id="report">(.*?)</script>', page, re.S)[1])
+    assert [step["left"] for step in data["steps"]] == [0, 1, 1] and len(data["outlets"]) == 2 and set(data["steps"][0]["branches"]) == {"stem", "outlet 1", "outlet 2"}
+
+
 def test_overlaps(case):
     """Exact, with images across the periodic face and cells inside others."""
     centers = {0: (3, 6, 10), 1: (6.9, 6, 10), 2: (29, 13, 10), 3: (1.5, 13, 10), 4: (15, 10, 10), 5: (15, 10, 10), 6: (20, 10, 10), 7: (20, 12.5, 10)}

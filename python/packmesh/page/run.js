@@ -43,11 +43,20 @@ function profilePlot(id, key, title, x) {
   return { id, title, x, y: "volume fraction", curves: magnified(curves) };
 }
 
+/** Of all steps until each. */
+const sumsOf = (key) => report.steps.reduce((sums, step) => [...sums, (sums.length ? sums[sums.length - 1] : 0) + (step[key] || 0)], []);
+
+function branchCurves() {
+  const names = Object.keys(report.steps[0].branches || {}), colors = ["#5f6b76", "#b3261e", "#1f5fa8", "#2e7d32", "#8e24aa", "#c77700"];
+  return names.map((name, k) => curveOf(name, colors[k % colors.length], report.steps.map((step) => step.branches[name])));
+}
+
 function runPlots() {
-  const lost = report.steps.reduce((sums, step) => [...sums, (sums.length ? sums[sums.length - 1] : 0) + step.lost], []);
+  const left = report.outlets.length ? [curveOf("left by outlets", "#7a8793", sumsOf("left"))] : [];
   return [
-    timePlot("cells", "Cells", "number", [...eachSpecies("count"), curveOf("lost", "#1d2733", lost)], { whole: true }),
+    timePlot("cells", "Cells", "number", [...eachSpecies("count"), ...left, curveOf("lost", "#1d2733", sumsOf("lost"))], { whole: true }),
     timePlot("hematocrit", "Hematocrit by deformed volumes", "hematocrit", [curveOf("lumen", "#b3261e", ofStep("hematocrit"))]),
+    timePlot("branches", "Hematocrit of stem and branches", "hematocrit", branchCurves()),
     timePlot("layer", "Cell-free layer", "thickness [µm]", [curveOf("cell-free layer", "#1f5fa8", ofStep("cellFreeLayer"))]),
     timePlot("wall", "Cells with a centre within " + report.nearWall + " µm of the wall", "share of the cells", eachSpecies("nearWall")),
     timePlot("elongation", "Elongation of the cells", "elongation", eachSpecies("elongation")),
@@ -72,6 +81,7 @@ function showRunTiles() {
     if (last[key] !== null) tile(last[key].toFixed(digits) + unit, what + ", at first " + (first[key] === null ? "–" : first[key].toFixed(digits)));
   };
   tile(String(count(last)), "cells, at first " + count(first));
+  if (report.outlets.length) tile(String(sumsOf("left").pop()), "cells left by outlets");
   tile(String(lost), "cells lost", lost ? "bad" : "good");
   change("hematocrit", 4, "", "hematocrit");
   change("cellFreeLayer", 2, " µm", "cell-free layer");
@@ -83,7 +93,8 @@ showRunTiles();
 addCard("Steps", tableOf(report.table.heads, report.table.rows),
   noteOf("Length: longest extent of a red cell along x, y or z. Elongation: (a - b) / (a + b) of the two longer semi-axes of the ellipsoid with the same " +
     "moments, 0 for a cell at rest. Inclination: mean angle between longest axis and flow. Volume, area: mean change since " +
-    "the first step. Layer: mean over sectors of the least distance of a red cell to the wall."));
+    "the first step. Layer: mean over sectors of the least distance of a red cell to the wall." +
+    (report.outlets.length ? " Left: cells that disappeared at " + report.outlets.join("; ") + "." : "")));
 if (report.lost.rows.length) addCard("Cells lost", tableOf(report.lost.heads, report.lost.rows));
 const charts = runPlots().map(addPlot);
 window.packMesh = { report, charts };  // for scripts and tests
