@@ -101,6 +101,14 @@ PROBLEMS = {
     "cat, meshes": ("", ["20 20 20 --cell-mesh Sickle 6 sickle.stl --rbc 8 --plt 3 --clearance 0 --method cat"]),
     "cat, best effort": ("", ["9 9 9 --hematocrit 0.72 --plt_ratio 0 --max-iterations 10 --clearance 0 --ends periodic "
                               "--best-effort --method cat"]),
+    # Soft cells
+    "soft": ("", ["{2}10 10 10 --ends periodic --hematocrit 0.73 --soft --state s.h5 --report r.json"]),
+    "soft, continued": ("", ["10 10 10 --ends periodic --hematocrit 0.73 --soft --max-iterations 30 --state s.h5",
+                             "{2}--restart s.checkpoint.h5 --max-iterations 500"]),
+    "soft, beside others": ("", ["14 14 14 --ends periodic --rbc 19 --wbc 1 --plt 3 --soft --rigid WBC --state s.h5",
+                                 "14 14 14 --ends periodic --rbc 20 --plt 3 --soft --start s.h5 --state t.h5"]),
+    "soft, fewer": ("", ["10 10 10 --ends periodic --hematocrit 0.8 --soft --best-effort --max-iterations 150 --state s.h5"]),
+    "soft, if needed": ("", ["14 14 14 --ends periodic --hematocrit 0.5 --soft=auto --state s.h5"]),
     # Runs
     "two ranks": ("", ["{2}30 30 30 --hematocrit 0.4 --ends periodic --report r.json --vtp --pov --state s.h5"]),
     "three ranks": ("", ["{3}26 26 26 --hematocrit 0.4 --report r.json"]),
