@@ -45,4 +45,11 @@ inline Pose bestPose(const std::vector<Vec3>& from, const std::vector<Vec3>& to)
   return pose;
 }
 
+/// Points in the frame of a pose of scale 1.
+inline std::vector<Vec3> inFrameOf(const Pose& pose, std::vector<Vec3> points) {
+  const Mat3 back = pose.orientation.toRotationMatrix().transpose();
+  for (Vec3& p : points) p = back * (p - pose.position);
+  return points;
+}
+
 }  // namespace packmesh

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/pose.h"
 #include "packMesh/packing/engine.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"
@@ -266,9 +265,10 @@ class SoftPacker {
     out.cellCount = std::int64_t(placed_.size());
     const auto [first, end] = IdShares(out.cellCount, problem_.execution.communicator).own();
     for (std::int64_t i = first; i < end; ++i) {
-      const int s = placed_[i].species;
-      out.cells.push_back(stateOf(i, s, grows_[s] ? physics_.species[s].shape : placed_[i].shape, poses_[i]));
-      if (grows_[s]) out.cells.back().scale = scale_;
+      BodyState& cell = out.cells.emplace_back(placed_[i]);
+      if (!grows_[cell.species]) continue;
+      cell.shape = physics_.species[cell.species].shape;
+      cell.scale = scale_;
     }
     SoftPosition& soft = out.soft.emplace();
     cells_->save(soft);
@@ -291,10 +291,10 @@ class SoftPacker {
     attempt_ = int(soft.counters[1]);
     scale_ = soft.numbers[2];
     small_ = smallPhysics(scale_);
-    for (const BodyState& cell : ranks.gatherAll(state.cells)) {
-      poses_.push_back({1.0, cell.orientation, cell.position});
-      const int shape = grows_[cell.species] ? small_.species[cell.species].shape : cell.shape;
-      placed_.push_back({cell.species, shape, small_.placement(poses_.back())});
+    placed_ = ranks.gatherAll(state.cells);
+    for (BodyState& cell : placed_) {
+      cell.scale = 1.0;  // of the small shapes
+      if (grows_[cell.species]) cell.shape = small_.species[cell.species].shape;
     }
     begin();
     soft.cells = ranks.gatherAll(soft.cells);
@@ -317,13 +317,11 @@ class SoftPacker {
       for (std::size_t i = 0; i < placed_.size(); ++i) {
         if (taken[i]) continue;
         left.push_back(softCell(i, cells_->vertices(i), cells_->scale(i)));
-        placed_[kept] = placed_[i];
-        poses_[kept++] = poses_[i];
+        placed_[kept++] = placed_[i];
       }
       placed_.resize(kept);
-      poses_.resize(kept);
       if (std::none_of(placed_.begin(), placed_.end(),
-                       [&](const PlacedCell& cell) { return grows_[cell.species]; }))
+                       [&](const BodyState& cell) { return grows_[cell.species]; }))
         return;
       begin(std::move(left));
       const bool packed = growAndComeToRest(std::min(limits_.iterations, iterationsOfRound), false);
@@ -406,8 +404,12 @@ class SoftPacker {
     if (packed.outcome != Outcome::certified) return false;
     scale_ = scale;
     small_ = std::move(small.physics);
-    placed_ = problem_.execution.communicator.gatherAll(packed.cells);
-    poses_ = problem_.execution.communicator.gatherAll(packed.poses);
+    const Communicator& ranks = problem_.execution.communicator;
+    std::int64_t id = ranks.sumBefore({std::int64_t(packed.cells.size())}).front();
+    std::vector<BodyState> own;
+    for (std::size_t i = 0; i < packed.cells.size(); ++i)
+      own.push_back(stateOf(id++, packed.cells[i].species, packed.cells[i].shape, packed.poses[i]));
+    placed_ = ranks.gatherAll(own);
     return true;
   }
 
@@ -428,8 +430,8 @@ class SoftPacker {
       }
     std::vector<SoftCell> cells;
     for (std::size_t i = 0; i < placed_.size(); ++i)
-      cells.push_back(
-          softCell(i, placedVertices(small_.shapes[placed_[i].shape]->mesh(), placed_[i].placement), scale_));
+      cells.push_back(softCell(
+          i, placedVertices(small_.shapeOf(placed_[i]).mesh(), placed_[i].pose().placement()), scale_));
     begin(std::move(cells));
   }
 
@@ -476,17 +478,15 @@ class SoftPacker {
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
       if (physics_.species[s].freedom.fixed) continue;
-      Cell cell{std::int64_t(out.size()), s, poses_[i]};
-      if (!grows_[s]) {
-        if (small_.isDeformed(placed_[i])) cell.vertices = small_.shapeOf(placed_[i]).mesh().vertices;
-        out.push_back(std::move(cell));
+      const auto id = std::int64_t(out.size());
+      if (grows_[s]) {
+        std::vector<Vec3> vertices = cells.vertices(i);
+        const Pose pose = bestPose(membranes_[s]->mesh().vertices, vertices);
+        out.push_back({id, s, pose, inFrameOf(pose, std::move(vertices))});
         continue;
       }
-      cell.vertices = cells.vertices(i);
-      cell.pose = bestPose(membranes_[s]->mesh().vertices, cell.vertices);
-      const Mat3 back = cell.pose.orientation.toRotationMatrix().transpose();
-      for (Vec3& v : cell.vertices) v = back * (v - cell.pose.position);
-      out.push_back(std::move(cell));
+      out.push_back({id, s, placed_[i].pose()});
+      if (small_.isDeformed(placed_[i])) out.back().vertices = small_.shapeOf(placed_[i]).mesh().vertices;
     }
     return out;
   }
@@ -523,8 +523,7 @@ class SoftPacker {
   bool atRest_ = false;
   double tolerance_ = atRest, forceBefore_ = 0.0;
   Physics small_;
-  std::vector<PlacedCell> placed_;  ///< undeformed, of all ranks
-  std::vector<Pose> poses_;         ///< of the same
+  std::vector<BodyState> placed_;  ///< undeformed, of all ranks, with shapes of small_
   std::vector<WallGap> walls_;
   std::vector<int> wallOf_;           ///< of each species, index into walls_; -1: none
   std::unique_ptr<SoftCells> cells_;  ///< those that were placed
