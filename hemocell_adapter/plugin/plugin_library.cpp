@@ -337,10 +337,13 @@ class Distribution {
   }
 
   std::vector<Cell> operator()(const hemocell::CellsToAdd& packed) const {
-    // Without their own vertices, which follow one after the other; `shape` is the number of these.
-    std::vector<std::vector<PlacedCell>> to(ranks_.size());
-    std::vector<std::vector<std::int64_t>> idsTo(ranks_.size());
-    std::vector<std::vector<Vertex>> verticesTo(ranks_.size());
+    struct Sent {
+      int type;
+      std::int64_t id;
+      Placement placement;
+    };
+    std::vector<std::vector<Sent>> to(ranks_.size());
+    std::vector<std::vector<std::vector<Vertex>>> verticesTo(ranks_.size());
     for (std::size_t i = 0; i < packed.cells.size(); ++i) {
       const packmesh::Cell& cell = packed.cells[i];
       TriangleMesh mesh = running_.cells[cell.species].mesh;
@@ -351,28 +354,24 @@ class Distribution {
       for (const Region& region : regions_) {
         if (sent[region.rank] || !meets(box, region)) continue;
         sent[region.rank] = true;
-        to[region.rank].push_back({cell.species, std::int32_t(cell.vertices.size()), packed.placements[i]});
-        idsTo[region.rank].push_back(cell.id);
+        to[region.rank].push_back({cell.species, cell.id, packed.placements[i]});
+        std::vector<Vertex>& own = verticesTo[region.rank].emplace_back();
         if (cell.vertices.empty()) continue;
         for (const Vec3& v : mesh.vertices) {
-          Vertex& vertex = verticesTo[region.rank].emplace_back();
+          Vertex& vertex = own.emplace_back();
           for (int a = 0; a < 3; ++a) vertex[a] = v[a] / system_.dx + double(system_.first[a]);
         }
       }
     }
-    const std::vector<std::vector<PlacedCell>> placed = ranks_.exchange(to);
-    const std::vector<std::vector<std::int64_t>> ids = ranks_.exchange(idsTo);
-    const std::vector<std::vector<Vertex>> vertices = ranks_.exchange(verticesTo);
+    to = ranks_.exchange(std::move(to));
+    verticesTo = ranks_.exchangeRows(std::move(verticesTo));
     std::vector<Cell> received;
-    for (std::size_t rank = 0; rank < placed.size(); ++rank) {
-      auto next = vertices[rank].begin();
-      for (std::size_t i = 0; i < placed[rank].size(); ++i) {
-        const PlacedCell& cell = placed[rank][i];
-        received.push_back(inNodes(cell.species, ids[rank][i], cell.placement, system_));
-        received.back().vertices.assign(next, next + cell.shape);
-        next += cell.shape;
+    for (std::size_t rank = 0; rank < to.size(); ++rank)
+      for (std::size_t i = 0; i < to[rank].size(); ++i) {
+        const Sent& cell = to[rank][i];
+        received.push_back(inNodes(cell.type, cell.id, cell.placement, system_));
+        received.back().vertices = std::move(verticesTo[rank][i]);
       }
-    }
     return received;
   }
 
@@ -413,9 +412,7 @@ packmesh::Cell fitted(const Cell& cell, const System& system, const RunningSyste
   for (std::size_t i = 0; i < shape.size(); ++i)
     squares += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
   largest = std::max(largest, std::sqrt(squares / double(shape.size())));
-  if (keepsVertices)
-    for (const Vec3& p : points)
-      moved.vertices.push_back(moved.pose.orientation.conjugate() * (p - moved.pose.position));
+  if (keepsVertices) moved.vertices = inFrameOf(moved.pose, std::move(points));
   for (int a = 0; a < 3; ++a) {  // into the first period
     const double period = running.lattice->nodes()[a] * system.dx, lo = -0.5 * system.dx;
     double& p = moved.pose.position[a];

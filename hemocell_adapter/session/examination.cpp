@@ -139,16 +139,9 @@ Kept findKept(const Problem& problem, const std::vector<PlacedCell>& own, Loadin
   found.excess = excessVolumes(problem, own, [&](std::size_t i) { return isKept[i]; });
   const std::int64_t before = ranks.sumBefore({static_cast<std::int64_t>(reasons.size())}).front();
   for (Kept::Dropped& one : dropped) one.reason += before;
-  std::string text;
-  for (const std::string& reason : reasons) text += reason + '\n';
-  const std::vector<char> gathered = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
   std::vector<std::string> all;
   std::vector<std::int64_t> meaning;  // by the number of a reason among those of all ranks
-  for (auto at = gathered.begin(); at != gathered.end();) {
-    const auto end = std::find(at, gathered.end(), '\n');
-    meaning.push_back(indexOf(all, std::string(at, end)));
-    at = end + 1;
-  }
+  for (const std::string& reason : ranks.gatherRows(reasons)) meaning.push_back(indexOf(all, reason));
   for (const std::string& reason : all) found.reasons.emplace_back(reason, 0);
   found.dropped = ranks.gatherAll(dropped);
   for (Kept::Dropped& one : found.dropped) {

@@ -186,10 +186,6 @@ void writePosFiles(const fs::path& folder,
 
 void savePacking(const Packing& packing, const fs::path& file) {
   const Communicator& ranks = packing.ranks();
-  PackingState state;
-  state.position.stage = Stage::certificate;
-  state.position.fewer = packing.outcome == Outcome::outOfReach;
-  state.cellCount = packing.cellCount;
   const CellMeasures own = measuresOf(packing);
   std::vector<BodyState> bodies;
   std::vector<std::int64_t> ids;
@@ -199,9 +195,9 @@ void savePacking(const Packing& packing, const fs::path& file) {
       bodies.push_back(stateOf(id, int(part), packing.cells[i].shape, packing.poses[i]));
       ids.push_back(id);
     }
-  const IdShares shares(packing.cellCount, ranks);
-  state.cells = shares.collect(std::move(bodies));
-  state.measures = shares.collect(ids, own);
+  PackingState state = finalState(std::move(bodies), ranks);
+  state.position.fewer = packing.outcome == Outcome::outOfReach;
+  state.measures = IdShares(packing.cellCount, ranks).collect(ids, own);
   state.columns = deformationColumns(*packing.problem, packing.packed, state.cells);
   writeState(file, packingProblemOf(*packing.problem, packing.packed),
              recordOf(*packing.problem->request.asked, file), state);
@@ -225,30 +221,24 @@ StateCells cellsOf(const Packing& packing, const std::vector<StateCells::Kind>& 
 }
 
 StateCells gatherCells(const StateCells& own, const Communicator& ranks) {
-  std::vector<std::int32_t> kinds, sizes;
+  std::vector<std::int32_t> kinds;
   std::vector<Pose> poses;
-  std::vector<Vec3> vertices;
+  std::vector<std::vector<Vec3>> vertices;
   for (const Cell& cell : own.cells) {
     kinds.push_back(cell.species);
     poses.push_back(cell.pose);
-    sizes.push_back(std::int32_t(cell.vertices.size()));
-    vertices.insert(vertices.end(), cell.vertices.begin(), cell.vertices.end());
+    vertices.push_back(cell.vertices);
   }
   kinds = ranks.gatherAll(kinds);
   poses = ranks.gatherAll(poses);
-  sizes = ranks.gatherAll(sizes);
-  vertices = ranks.gatherAll(vertices);
+  vertices = ranks.gatherRows(vertices);
   StateCells state;
   state.species = own.species;
   state.box = own.box;
   state.period = own.period;
-  auto next = vertices.cbegin();
   for (std::size_t i = 0; i < kinds.size(); ++i) {
-    Cell cell{std::int64_t(i), kinds[i], poses[i]};
-    cell.vertices.assign(next, next + sizes[i]);
-    next += sizes[i];
-    state.deformed = state.deformed || sizes[i] > 0;
-    state.cells.push_back(std::move(cell));
+    state.deformed = state.deformed || !vertices[i].empty();
+    state.cells.push_back({std::int64_t(i), kinds[i], poses[i], std::move(vertices[i])});
   }
   return state;
 }
@@ -258,14 +248,13 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
   problem.physics.container = std::move(lumen);
   for (StateCells::Kind& kind : state.species)
     problem.physics.add(kind.name, std::make_shared<const Shape>(std::move(kind.mesh)), kind.count);
-  PackingState saved;
-  saved.position.stage = Stage::certificate;
-  saved.cellCount = std::int64_t(state.cells.size());
+  std::vector<BodyState> bodies;
+  std::vector<std::vector<Vec3>> vertices;
   for (Cell& cell : state.cells) {
-    saved.cells.push_back(makeBody(cell.id, cell.species, cell.species, cell.pose));
-    saved.vertices.push_back(std::move(cell.vertices));
+    bodies.push_back(stateOf(cell.id, cell.species, cell.species, cell.pose));
+    vertices.push_back(std::move(cell.vertices));
   }
-  writeState(file, problem, state.record, saved);
+  writeState(file, problem, state.record, finalState(std::move(bodies), Communicator(), std::move(vertices)));
 }
 
 std::vector<CellColumn> columnsOf(const Packing& packing) {

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
@@ -235,14 +233,11 @@ std::string unkeptText(const std::vector<std::pair<std::size_t, std::string>>& o
   constexpr std::size_t shown = 5;
   const std::int64_t count = ranks.sum(std::int64_t(own.size()));
   if (count == 0) return {};
-  std::string lines;
-  for (std::size_t i = 0; i < std::min(shown, own.size()); ++i) lines += own[i].second + '\n';
-  std::istringstream all([&] {
-    const std::vector<char> text = ranks.gatherAll(std::vector<char>(lines.begin(), lines.end()));
-    return std::string(text.begin(), text.end());
-  }());
-  std::string text = fmt::format("HemoCell would delete {} of its {} cells", count, cells), line;
-  for (std::size_t i = 0; i < shown && std::getline(all, line); ++i) text += (i ? "; " : ": ") + line;
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < std::min(shown, own.size()); ++i) lines.push_back(own[i].second);
+  lines = ranks.gatherRows(lines);
+  std::string text = fmt::format("HemoCell would delete {} of its {} cells", count, cells);
+  for (std::size_t i = 0; i < std::min(shown, lines.size()); ++i) text += (i ? "; " : ": ") + lines[i];
   if (count > std::int64_t(shown)) text += fmt::format("; and {} more", count - std::int64_t(shown));
   return text;
 }
@@ -361,52 +356,16 @@ CellsToAdd fillFromState(std::shared_ptr<const Case> simulation, const std::file
   return filling;
 }
 
-namespace {
-
-/// Where the vertices of a cell are: a rank, and an index into its cells.
-struct Whereabouts {
-  int rank, index;
-};
-
-/// The vertices of these cells of all ranks, each as many as its template has. All ranks call.
-/// @param at where they are @param own cells of this rank
-std::vector<std::vector<Vec3>> verticesOf(const std::vector<BodyState>& cells,
-                                          const std::vector<Whereabouts>& at, const std::vector<Cell>& own,
-                                          const Physics& physics, const Communicator& ranks) {
-  std::vector<std::vector<int>> asked(ranks.size());
-  for (const Whereabouts& one : at) asked[one.rank].push_back(one.index);
-  std::vector<std::vector<Vec3>> sent(ranks.size());
-  const std::vector<std::vector<int>> asking = ranks.exchange(asked);
-  for (int rank = 0; rank < ranks.size(); ++rank)
-    for (const int index : asking[rank])
-      sent[rank].insert(sent[rank].end(), own[index].vertices.begin(), own[index].vertices.end());
-  const std::vector<std::vector<Vec3>> received = ranks.exchange(sent);
-  std::vector<std::vector<Vec3>::const_iterator> next;
-  for (const std::vector<Vec3>& vertices : received) next.push_back(vertices.begin());
-  std::vector<std::vector<Vec3>> ordered;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    auto& end = next[at[i].rank];
-    const auto first = end;
-    end += std::ptrdiff_t(physics.shapeOf(cells[i]).mesh().vertices.size());
-    ordered.emplace_back(first, end);
-  }
-  return ordered;
-}
-
-}  // namespace
-
 void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& cells, double residual,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
   const RunningSystem& running = *simulation->running;
   std::vector<std::int64_t> counts(running.cells.size(), 0);
-  std::int64_t cellCount = 0;
   double highest = 0.0;  // number in HemoCell
   for (const Cell& cell : cells) {
     ++counts[cell.species];
     highest = std::max(highest, static_cast<double>(cell.id));
   }
   ranks.sum(counts);
-  for (const std::int64_t count : counts) cellCount += count;
   residual = ranks.max(residual);
   const std::int64_t numbers = static_cast<std::int64_t>(ranks.max(highest)) + 1;
   std::optional<Problem> problem;
@@ -420,28 +379,23 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   const std::vector<Part>& parts = problem->atDemanded.parts;
   for (std::size_t p = 0; p < parts.size(); ++p)
     partOf[running.cell(problem->species[parts[p].species].name) - running.cells.data()] = std::int32_t(p);
-  PackingState state;
-  state.position.stage = Stage::certificate;
-  state.cellCount = cellCount;
-  std::vector<std::int64_t> ids;  // by type and number in HemoCell, then by their order
-  std::vector<Whereabouts> at;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::int32_t part = partOf[cells[i].species];
-    ids.push_back(cells[i].species * numbers + cells[i].id);
-    state.cells.push_back(stateOf(ids.back(), part, packing.physics.species[part].shape, cells[i].pose));
-    at.push_back({ranks.rank(), int(i)});
-  }
-  const IdShares byNumber(std::int64_t(counts.size()) * numbers, ranks), byOrder(cellCount, ranks);
-  state.cells = byNumber.collect(std::move(state.cells));
-  at = byNumber.collect(ids, at);
-  ids.resize(state.cells.size());
-  std::iota(ids.begin(), ids.end(), ranks.sumBefore({std::int64_t(ids.size())}).front());
-  for (std::size_t i = 0; i < ids.size(); ++i) state.cells[i].id = ids[i];
-  state.cells = byOrder.collect(std::move(state.cells));
   const bool deformed = ranks.any(
       std::any_of(cells.begin(), cells.end(), [](const Cell& cell) { return !cell.vertices.empty(); }));
-  if (deformed)
-    state.vertices = verticesOf(state.cells, byOrder.collect(ids, at), cells, packing.physics, ranks);
+  std::vector<std::int64_t> ids;  // by type and number in HemoCell
+  std::vector<BodyState> bodies;
+  std::vector<std::vector<Vec3>> vertices;
+  for (const Cell& cell : cells) {
+    const std::int32_t part = partOf[cell.species];
+    ids.push_back(cell.species * numbers + cell.id);
+    bodies.push_back(stateOf(ids.back(), part, packing.physics.species[part].shape, cell.pose));
+    if (deformed) vertices.push_back(cell.vertices);
+  }
+  const IdShares byNumber(std::int64_t(counts.size()) * numbers, ranks);
+  bodies = byNumber.collect(std::move(bodies));
+  if (deformed) vertices = byNumber.collect(ids, std::move(vertices));
+  std::int64_t id = ranks.sumBefore({std::int64_t(bodies.size())}).front();
+  for (BodyState& body : bodies) body.id = id++;
+  const PackingState state = finalState(std::move(bodies), ranks, std::move(vertices));
   const std::string origin =
       deformed ? fmt::format("iteration {}, cells as they were", iteration)
                : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, residual);

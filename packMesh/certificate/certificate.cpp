@@ -24,18 +24,17 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   struct Misplaced {
     std::int64_t cell;
     double gap, required;
-    int reason;
   };
   std::vector<Pair> pairs;
   for (const OverlappingPair& p : own.overlapping)
     pairs.push_back(
         {numbers[p.first], numbers[p.second], {p.shift[0], p.shift[1], p.shift[2]}, p.gap, p.contained});
   std::vector<Misplaced> misplaced;
-  std::string reasons;
-  for (const MisplacedCell& m : own.misplaced)
-    misplaced.push_back({numbers[m.cell], m.gap, m.required, static_cast<int>(m.reason.size())}),
-        reasons += m.reason;
-
+  std::vector<std::string> reasons;
+  for (const MisplacedCell& m : own.misplaced) {
+    misplaced.push_back({numbers[m.cell], m.gap, m.required});
+    reasons.push_back(m.reason);
+  }
   std::vector<SelfIntersectingCell> selfIntersecting = own.selfIntersecting;
   for (SelfIntersectingCell& one : selfIntersecting) one.cell = numbers[one.cell];
 
@@ -54,12 +53,10 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
     all.overlapping.push_back(
         {p.first, p.second, Vec3(p.shift[0], p.shift[1], p.shift[2]), p.contained, p.gap});
   sortByCells(all.overlapping);
-  const std::vector<char> text = communicator.gatherAll(std::vector<char>(reasons.begin(), reasons.end()));
-  auto at = text.begin();
-  for (const Misplaced& m : communicator.gatherAll(misplaced)) {
-    all.misplaced.push_back({m.cell, std::string(at, at + m.reason), m.gap, m.required});
-    at += m.reason;
-  }
+  reasons = communicator.gatherRows(reasons);
+  auto reason = reasons.begin();
+  for (const Misplaced& m : communicator.gatherAll(misplaced))
+    all.misplaced.push_back({m.cell, *reason++, m.gap, m.required});
   std::sort(all.misplaced.begin(), all.misplaced.end(),
             [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
   all.selfIntersecting = communicator.gatherAll(selfIntersecting);

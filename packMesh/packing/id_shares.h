@@ -51,6 +51,29 @@ class IdShares {
     return share;
   }
   CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const;
+  /// The same for rows of numbers of any lengths.
+  template <class T>
+  std::vector<std::vector<T>> collect(const std::vector<std::int64_t>& ids,
+                                      std::vector<std::vector<T>> rows) const {
+    std::vector<std::vector<std::int64_t>> idsTo(communicator_.size());
+    std::vector<std::vector<std::vector<T>>> to(communicator_.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      idsTo[rankOf(ids[i])].push_back(ids[i]);
+      to[rankOf(ids[i])].push_back(std::move(rows[i]));
+    }
+    idsTo = communicator_.exchange(std::move(idsTo));
+    to = communicator_.exchangeRows(std::move(to));
+    struct Known {
+      std::int64_t id;
+      std::vector<T>* row;
+    };
+    std::vector<Known> known;
+    for (std::size_t rank = 0; rank < to.size(); ++rank)
+      for (std::size_t i = 0; i < to[rank].size(); ++i) known.push_back({idsTo[rank][i], &to[rank][i]});
+    std::vector<std::vector<T>> share;
+    for (const Known& one : sorted(std::move(known))) share.push_back(std::move(*one.row));
+    return share;
+  }
 
  private:
   /// Items are large; only their ids are sorted.

@@ -403,6 +403,19 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
 
 }  // namespace
 
+PackingState finalState(std::vector<BodyState> own, const Communicator& ranks,
+                        std::vector<std::vector<Vec3>> vertices) {
+  std::vector<std::int64_t> ids;
+  for (const BodyState& cell : own) ids.push_back(cell.id);
+  PackingState state;
+  state.position.stage = Stage::certificate;
+  state.cellCount = ranks.sum(std::int64_t(own.size()));
+  const IdShares shares(state.cellCount, ranks);
+  state.cells = shares.collect(std::move(own));
+  if (ranks.any(!vertices.empty())) state.vertices = shares.collect(ids, std::move(vertices));
+  return state;
+}
+
 bool isFinished(const PackingState& state, const Communicator& ranks) {
   return ranks.any(state.measures.size() > 0 &&
                    std::none_of(state.measures.gap.begin(), state.measures.gap.end(),

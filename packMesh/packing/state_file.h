@@ -57,6 +57,12 @@ inline constexpr const char* finishedStage = "finished";
 /// Whether the cells of a state are those of a result: certified, and measured. All ranks call.
 bool isFinished(const PackingState& state, const Communicator& ranks);
 
+/// The state of a run that ended with these cells, with ids from 0 on: this rank's share. All ranks call.
+/// @param own cells of this rank, in any order
+/// @param vertices of each of these, see PackingState; empty on all ranks: none
+PackingState finalState(std::vector<BodyState> own, const Communicator& ranks,
+                        std::vector<std::vector<Vec3>> vertices = {});
+
 /// Writes `file` completely or not at all: under a temporary name in the same folder, flushed, then renamed.
 /// The same state gives the same bytes on any number of ranks. All ranks call.
 /// @throws OutputError on all ranks if that fails; an existing file of that name is then unchanged

@@ -100,6 +100,33 @@ class Communicator {
     return all;
   }
 
+  /// Rows of any lengths, vectors or texts, as single items above.
+  template <class Row>
+  std::vector<std::vector<Row>> exchangeRows(std::vector<std::vector<Row>> to) const {
+    if (alone()) return to;
+    std::vector<std::vector<std::int64_t>> lengths;
+    std::vector<std::vector<typename Row::value_type>> items;
+    for (std::vector<Row>& rows : to) {
+      lengths.push_back(lengthsOf(rows));
+      items.push_back(joined(rows));
+      rows = {};  // they may be large
+    }
+    lengths = exchange(std::move(lengths));
+    items = exchange(std::move(items));
+    std::vector<std::vector<Row>> received;
+    for (std::size_t r = 0; r < items.size(); ++r) {
+      received.push_back(divided<Row>(items[r], lengths[r]));
+      items[r] = {};
+    }
+    return received;
+  }
+  template <class Row>
+  std::vector<Row> gatherRows(const std::vector<Row>& mine) const {
+    if (alone()) return mine;
+    const std::vector<std::int64_t> lengths = gatherAll(lengthsOf(mine));
+    return divided<Row>(gatherAll(joined(mine)), lengths);
+  }
+
   /// On rank 0 calls visit(part) for the bytes of all ranks, in rank order, in parts; holds one that another
   /// rank has sent at a time. `visit` must not throw.
   void streamToFirst(const std::vector<std::string_view>& mine,
@@ -145,6 +172,33 @@ class Communicator {
     void* data;
     std::size_t bytes;
   };
+  template <class Row>
+  static std::vector<std::int64_t> lengthsOf(const std::vector<Row>& rows) {
+    std::vector<std::int64_t> lengths;
+    for (const Row& row : rows) lengths.push_back(static_cast<std::int64_t>(row.size()));
+    return lengths;
+  }
+  template <class Row>
+  static std::vector<typename Row::value_type> joined(const std::vector<Row>& rows) {
+    std::size_t size = 0;
+    for (const Row& row : rows) size += row.size();
+    std::vector<typename Row::value_type> items;
+    items.reserve(size);
+    for (const Row& row : rows) items.insert(items.end(), row.begin(), row.end());
+    return items;
+  }
+  template <class Row>
+  static std::vector<Row> divided(const std::vector<typename Row::value_type>& items,
+                                  const std::vector<std::int64_t>& lengths) {
+    std::vector<Row> rows;
+    rows.reserve(lengths.size());
+    auto next = items.begin();
+    for (const std::int64_t length : lengths) {
+      rows.emplace_back(next, next + length);
+      next += length;
+    }
+    return rows;
+  }
   std::vector<std::int64_t> exchangedLengths(const std::vector<std::int64_t>& to) const;
   std::vector<std::int64_t> gatheredLengths(std::int64_t mine) const;
   /// Between this rank and all others. Pre: the lengths were exchanged.

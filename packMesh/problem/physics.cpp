@@ -84,22 +84,17 @@ void deform(std::vector<PlacedCell>& cells, const std::map<std::size_t, std::vec
     return undeformed ? undeformed : shapes[shape];
   };
   std::vector<std::int32_t> formOf;  // the shape that each new one is a form of
-  std::vector<Vec3> all;
+  std::vector<std::vector<Vec3>> all;
   auto next =
       std::int32_t(shapes.size() + std::size_t(ranks.sumBefore({std::int64_t(vertices.size())}).front()));
   for (const auto& [cell, own] : vertices) {
     formOf.push_back(std::exchange(cells[cell].shape, next++));
-    all.insert(all.end(), own.begin(), own.end());
+    all.push_back(own);
   }
   formOf = ranks.gatherAll(formOf);
-  all = ranks.gatherAll(all);
-  auto begin = all.cbegin();
-  for (const std::int32_t shape : formOf) {
-    const std::shared_ptr<const Shape> undeformed = templateOf(shape);
-    const auto end = begin + std::ptrdiff_t(undeformed->mesh().vertices.size());
-    shapes.push_back(std::make_shared<const Shape>(std::vector<Vec3>(begin, end), undeformed));
-    begin = end;
-  }
+  all = ranks.gatherRows(all);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    shapes.push_back(std::make_shared<const Shape>(std::move(all[i]), templateOf(formOf[i])));
 }
 
 }  // namespace packmesh

@@ -72,6 +72,7 @@ inline BodyState stateOf(std::int64_t id, int species, int shape, const Pose& po
   return state;
 }
 
+/// The same of a body that may be anywhere: deep in the wall, too.
 inline Body makeBody(std::int64_t id, int species, int shape, const Pose& pose) {
   Body body(stateOf(id, species, shape, pose));
   body.deepInWall = true;

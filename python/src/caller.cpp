@@ -192,13 +192,13 @@ void Caller::tellOtherRanks(const Communicator& ranks, bool failed) {
     }
   }
   isSignal = ranks.any(isSignal);
-  const std::vector<char> told = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  text = ranks.broadcast(text, int(first));
   if (raised.error || (isSignal && failed)) return;
   inPython("", [&] {
     if (isSignal)
       raise({ExitCode::interrupted, fmt::format("interrupted on rank {}", first)});
     else
-      raise("RankError", {told.begin(), told.end()});
+      raise("RankError", text);
     throw py::error_already_set();
   });
 }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "packMesh/core/error.h"
+#include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/state_file.h"
 #include "tests/support/deformed.h"
@@ -124,6 +125,34 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   CHECK_THROWS_AS(readStateCells(file, ranks), InputError);
   CHECK_THROWS_AS(readStateCells(file.string() + " no such file", ranks), InputError);
   (void)ranks.sum(std::int64_t(0));
+}
+
+TEST_CASE("The final state of cells that ranks bring in any order has them by id, with their vertices",
+          "[mpi]") {
+  const Communicator ranks = Communicator::world();
+  const std::int64_t size = ranks.size(), count = 5 * size + 1;
+  std::vector<BodyState> own;
+  std::vector<std::vector<Vec3>> vertices;
+  const auto verticesOf = [](std::int64_t id) {
+    return std::vector<Vec3>(id % 3, Vec3::Constant(double(id)));
+  };
+  for (std::int64_t id = count - 1; id >= 0; --id) {
+    if (7 * id % size != ranks.rank()) continue;
+    own.push_back(stateOf(id, 0, 0, {1.0, Quaternion::Identity(), Vec3::Constant(double(id))}));
+    vertices.push_back(verticesOf(id));
+  }
+  const PackingState state = finalState(own, ranks, vertices);
+  CHECK(state.position.stage == Stage::certificate);
+  CHECK(state.cellCount == count);
+  const auto [first, end] = IdShares(count, ranks).own();
+  REQUIRE(std::int64_t(state.cells.size()) == end - first);
+  REQUIRE(state.vertices.size() == state.cells.size());
+  for (std::int64_t id = first; id < end; ++id) {
+    CHECK(state.cells[id - first].id == id);
+    CHECK(state.cells[id - first].position.x() == double(id));
+    CHECK(state.vertices[id - first] == verticesOf(id));
+  }
+  CHECK(finalState(own, ranks).vertices.empty());
 }
 
 TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]") {

@@ -48,6 +48,16 @@ TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty
   CHECK(ranks.gatherAll(std::vector<int>(r, r)) == expected);
   CHECK(ranks.gatherAll(std::vector<int>()).empty());
 
+  std::vector<std::string> rows;
+  std::vector<std::vector<std::string>> rowsTo(n), rowsFrom(n);
+  for (int other = 0; other < n; ++other) {
+    rows.insert(rows.end(), other, std::string(other, 'x'));
+    rowsTo[other] = {"", std::to_string(r), std::string(r + other, 'y')};
+    rowsFrom[other] = {"", std::to_string(other), std::string(r + other, 'y')};
+  }
+  CHECK(ranks.gatherRows(std::vector<std::string>(r, std::string(r, 'x'))) == rows);
+  CHECK(ranks.exchangeRows(rowsTo) == rowsFrom);
+
   const std::string own(3 * r, static_cast<char>('a' + r));
   std::string all, streamed;
   for (int other = 0; other < n; ++other) all += std::string(3 * other, static_cast<char>('a' + other));
