@@ -243,8 +243,7 @@ std::vector<std::string> bloodLines(const Packing& packing, const std::vector<st
   const std::vector<std::int64_t>& counts = packing.tally.counts;
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
-    const SpeciesRequest* const asked = findSpecies(problem.request, problem.species[s].name);
-    if (!asked || !asked->inBlood) continue;
+    if (problem.species[s].blood.cells == 0) continue;
     std::int64_t ofTemplate = counts[s] - deformed[s], own = deformed[s], started = 0;
     for (const Part& part : parts)
       if (part.species == int(s)) started += part.cells.placed();

@@ -71,6 +71,9 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const P
 
 }  // namespace
 
+SearchLimits::SearchLimits(const Request& request)
+    : maxSeconds(request.maxSeconds), maxIterations(request.maxIterations), soft(request.soft) {}
+
 bool triesMoreClearance(const Request& request) {
   return !request.packCellsConventions && !request.cat.usesReserve() &&
          (request.choosesClearance() || request.choosesWallClearance() || request.largestClearance);
@@ -98,8 +101,8 @@ std::vector<Clearances> clearanceLevels(const Problem& problem) {
   return levels;
 }
 
-PackingResult packWithClearances(const Request& request, const std::vector<Clearances>& levels,
-                                 std::size_t first, std::int64_t cells,
+PackingResult packWithClearances(const Request& request, const SearchLimits& all,
+                                 const std::vector<Clearances>& levels, std::size_t first, std::int64_t cells,
                                  const std::function<double()>& elapsed, const PackWith& packWith) {
   const std::int64_t cheapSweeps =
       request.method == Method::cat
@@ -110,10 +113,11 @@ PackingResult packWithClearances(const Request& request, const std::vector<Clear
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();
     const double left =
-        request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), Limits::leastSeconds) : 0.0;
+        all.maxSeconds > 0.0 ? std::max(all.maxSeconds - elapsed(), Limits::leastSeconds) : 0.0;
     const bool chosen = levels.back().membranes == 0.0 && levels.back().wall == 0.0;  // none is asked for
     AttemptLimits limits;
     limits.maxSeconds = left;
+    limits.fewerCells = all.fewerCells;
     if (!last) {
       limits.maxSweeps = cheapSweeps;
       limits.sweepsForFew = sweepsForFew;
@@ -126,10 +130,10 @@ PackingResult packWithClearances(const Request& request, const std::vector<Clear
     best = std::move(*result);
     if (best.outcome != Outcome::outOfReach) break;
   }
-  const double most = request.maxSeconds > 0.0 ? request.maxSeconds : defaultSearch;
+  const double most = all.maxSeconds > 0.0 ? all.maxSeconds : defaultSearch;
   if (request.largestClearance && best.outcome == Outcome::certified)
     widen(
-        request.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, packWith, best);
+        all.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, packWith, best);
   return best;
 }
 

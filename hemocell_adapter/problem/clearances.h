@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "hemocell_adapter/problem/problem.h"
@@ -24,6 +25,16 @@ double leastWallRoom(const Request& request);
 /// Whether packing aims at larger clearances than demanded, if they can be achieved.
 bool triesMoreClearance(const Request& request);
 
+/// How far a search for clearances goes: as the request says, or less.
+struct SearchLimits {
+  SearchLimits(const Request& request);
+
+  double maxSeconds;                          ///< 0: no limit
+  std::optional<std::int64_t> maxIterations;  ///< empty: no limit that was stated
+  bool fewerCells = true;  ///< if not all cells can be packed, the densest packing of fewer is searched for
+  bool soft;               ///< the cells are soft, and stay where they are
+};
+
 /// Limits of one attempt to pack with given clearances.
 struct AttemptLimits {
   std::int64_t maxSweeps = 0;     ///< 0: those of the request
@@ -39,10 +50,10 @@ using PackWith =
 
 /// Tries the levels from `first` on until one is certified; if the request asks for the largest clearance,
 /// then larger ones until the time limit or convergence. Deterministic except for time limits.
-/// @param cells to be packed
+/// @param all limits of all attempts together @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
-PackingResult packWithClearances(const Request& request, const std::vector<Clearances>& levels,
-                                 std::size_t first, std::int64_t cells,
+PackingResult packWithClearances(const Request& request, const SearchLimits& all,
+                                 const std::vector<Clearances>& levels, std::size_t first, std::int64_t cells,
                                  const std::function<double()>& elapsed, const PackWith& packWith);
 
 }  // namespace packmesh::hemocell

@@ -278,7 +278,6 @@ Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Cl
   problem.species = withCounts(std::move(made.species), counts);
   problem.shapes = std::move(made.shapes);
   problem.demanded = clearances;
-  for (SpeciesRequest& species : problem.request.species) species.inBlood = false;  // none are drawn from it
   problem.atDemanded = partsAt(problem, {}, clearances);
   problem.species =
       withMeanVolumes(std::move(problem.species), averagePlaced(problem, problem.atDemanded.parts),

@@ -35,7 +35,8 @@ Problem problemOfExistingCells(const CompletedRequest& completed, std::vector<Sp
                                const Clearances& clearances, const Communicator& ranks);
 
 /// The problem with other cells, which are where they are to be, whatever it asks for.
-/// @param plans of its species, with all of their cells @param clearances that they have
+/// @param plans of its species, with all of their cells and none of flowing blood @param clearances that they
+/// have
 /// @throws InputError, MeshError
 Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Clearances& clearances);
 

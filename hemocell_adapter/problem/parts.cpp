@@ -194,8 +194,7 @@ class PartsMaker {
   /// With flowing blood, the starts of all cells: further ones are those of the blood that meet others, or
   /// else like those there.
   std::vector<Cell> withBlood(int s, std::int64_t count, std::vector<Cell> start) const {
-    const SpeciesRequest* const asked = findSpecies(scene_.request, scene_.species[s].name);
-    if (!scene_.request.blood || !asked || !asked->inBlood) return start;
+    if (scene_.species[s].blood.cells == 0) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
     for (const Cell& cell : drawn(initialCells(scene_.species[s].blood.crowded), missing(),
                                   scene_.request.seed, std::uint64_t(s)))

@@ -34,8 +34,8 @@ double pauseNow() {
 
 }  // namespace
 
-ProgressLog::ProgressLog(const Problem& problem, LumenSample& sample)
-    : problem_(problem), sample_(sample), hematocrit_(0.0) {
+ProgressLog::ProgressLog(const Problem& problem, LumenSample& sample, const SearchLimits& limits)
+    : problem_(problem), sample_(sample), limits_(limits), hematocrit_(0.0) {
   for (const CellSpecies& species : problem.species)
     if (species.redCell) hematocrit_ += double(species.count) * species.meanVolume;
   hematocrit_ /= problem.referenceVolume();
@@ -73,7 +73,7 @@ void ProgressLog::operator()(const Progress& progress) {
 }
 
 std::optional<double> ProgressLog::expectedSeconds() {
-  if (problem_.request.method != Method::relaxation || problem_.request.soft) return {};
+  if (problem_.request.method != Method::relaxation || limits_.soft) return {};
   if (!forecast_) forecast_ = forecastOf(problem_, sample_);
   if (!forecast_->seconds) return {};
   return *forecast_->seconds / (problem_.ranks.size() * problem_.team.count());
@@ -92,7 +92,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
   line += "; " + durationText(std::floor(seconds));
   // The search for fewer cells may take the same time again (Limits::maxSeconds).
-  if (const double limit = problem_.request.maxSeconds; limit > 0.0)
+  if (const double limit = limits_.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto left = remaining(progress, seconds))
     line += fmt::format(", about {} left", durationText(std::ceil(*left)));
@@ -145,8 +145,7 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const PackingResult& pa
                   const Problem& problem) {
   if (packing.outcome != Outcome::certified || !problem.lumen.solidWalls || !problem.lumen.container->wall())
     return;
-  if (problem.request.soft) return;  // said of soft cells when they are made
-  if (levels.size() == 1) {          // stated, or the cells stay where they are
+  if (levels.size() == 1) {  // stated, or the cells stay where they are
     const double gap = packing.certificate.minimumWallGap;
     if (triesMoreClearance(problem.request) && problem.request.choosesWallClearance() &&
         gap < leastWallRoom(problem.request))
@@ -168,11 +167,13 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const PackingResult& pa
 }  // namespace
 
 ClearanceSearch::ClearanceSearch(std::shared_ptr<const Problem> problem, const OutputRequest& output,
-                                 LumenSample& sample, const Hooks& hooks, bool isContinued)
+                                 LumenSample& sample, const Hooks& hooks,
+                                 const std::optional<SearchLimits>& limits, bool isContinued)
     : shared_(std::move(problem)),
       problem_(*shared_),
       output_(output),
-      progress_(problem_, sample),
+      limits_(limits.value_or(problem_.request)),
+      progress_(problem_, sample, limits_),
       hooks_(hooks),
       isContinued_(isContinued),
       last_(problem_.atDemanded) {}
@@ -195,6 +196,7 @@ std::optional<PackingResult> ClearanceSearch::packAt(const Clearances& clearance
   if (!begun_) requireSameOnAllRanks(packing);
   if (!limits.fewerCells && !isPossible(packing)) return {};
   packing.execution.limits.maxSeconds = limits.maxSeconds;
+  if (limits_.maxIterations) packing.execution.limits.maxSweeps = *limits_.maxIterations;
   if (limits.maxSweeps > 0)
     packing.execution.limits.maxSweeps = std::min(limits.maxSweeps, packing.execution.limits.maxSweeps);
   packing.execution.limits.sweepsForFew = limits.sweepsForFew;
@@ -222,20 +224,17 @@ std::optional<PackingResult> ClearanceSearch::packAt(const Clearances& clearance
   return result;
 }
 
-Packing ClearanceSearch::withClearances(const Timer& timer, bool fewerCells) {
+Packing ClearanceSearch::withClearances(const Timer& timer) {
   const Communicator& ranks = problem_.ranks;
   const std::vector<Clearances> levels = clearanceLevels(problem_);
   Packing packing(packWithClearances(
-      problem_.request, levels, firstLevel(levels), problem_.mostCells(),
+      problem_.request, limits_, levels, firstLevel(levels), problem_.mostCells(),
       [&] { return ranks.max(timer.wall()); },
-      [&](const Clearances& clearances, AttemptLimits limits) {
-        limits.fewerCells = limits.fewerCells && fewerCells;
-        return packAt(clearances, limits);
-      }));
+      [&](const Clearances& clearances, const AttemptLimits& limits) { return packAt(clearances, limits); }));
   const bool ended = packing.outcome == Outcome::interrupted || ranks.any(isInterrupted());
   if (!ended) {
     tellEffort(packing.statistics, ranks);
-    warnOfNoRoom(levels, packing, problem_);
+    if (!limits_.soft) warnOfNoRoom(levels, packing, problem_);  // said of soft cells when they are made
   }
   // Not the clearances of the last attempt: that may have failed after one that succeeded.
   packing.packed = partsWith({packing.clearance, packing.wallClearance});

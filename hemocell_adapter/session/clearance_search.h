@@ -22,7 +22,8 @@ namespace packmesh::hemocell {
 /// remaining time if there is a forecast. References the problem and a sample of its lumen.
 class ProgressLog {
  public:
-  ProgressLog(const Problem& problem, LumenSample& sample);
+  ProgressLog(const Problem& problem, LumenSample& sample) : ProgressLog(problem, sample, problem.request) {}
+  ProgressLog(const Problem& problem, LumenSample& sample, const SearchLimits& limits);
 
   void operator()(const Progress& progress);
 
@@ -40,6 +41,7 @@ class ProgressLog {
 
   const Problem& problem_;
   LumenSample& sample_;
+  SearchLimits limits_;
   double hematocrit_;  ///< of all cells at full size
   std::optional<Forecast> forecast_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
@@ -60,10 +62,12 @@ struct Hooks {
 class ClearanceSearch {
  public:
   /// @param sample of the lumen, for estimates of the time that is left
+  /// @param limits empty: those of the request
   /// @param isContinued whether the first attempt continues from the state of `restart`, and states are saved
   /// for that; otherwise only that of the result is kept
   ClearanceSearch(std::shared_ptr<const Problem> problem, const OutputRequest& output, LumenSample& sample,
-                  const Hooks& hooks = {}, bool isContinued = true);
+                  const Hooks& hooks = {}, const std::optional<SearchLimits>& limits = {},
+                  bool isContinued = true);
 
   /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
@@ -72,8 +76,7 @@ class ClearanceSearch {
   /// Packs with the widest clearances that are found quickly, as packWithClearances() does, and reports
   /// effort and clearances unless interrupted. Its cells are not counted yet. @param timer since packing
   /// began
-  /// @param fewerCells if not all can be packed, whether the densest packing of fewer is searched for
-  Packing withClearances(const Timer& timer, bool fewerCells = true);
+  Packing withClearances(const Timer& timer);
 
   /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);
@@ -89,6 +92,7 @@ class ClearanceSearch {
   const std::shared_ptr<const Problem> shared_;
   const Problem& problem_;
   const OutputRequest& output_;
+  const SearchLimits limits_;
   ProgressLog progress_;
   Hooks hooks_;
   const bool isContinued_;

@@ -350,23 +350,22 @@ std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>&
   constexpr double shareOfTime = 0.5;
   LumenSample& sample = sampleOf(requested);
   if (!fewerCells && forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
-  const auto rigid = std::make_shared<Problem>(*requested);
-  Request& request = rigid->request;
-  request.soft = false;
-  if (!fewerCells) request.maxSeconds *= shareOfTime;
-  request.maxIterations = std::min(mostSweeps, request.maxIterations.value_or(mostSweeps));
-  ClearanceSearch search(rigid, output, sample, hooks_, false);
-  Packing found = search.withClearances(timer_, fewerCells);
+  SearchLimits limits(requested->request);
+  limits.soft = false;
+  limits.fewerCells = fewerCells;
+  if (!fewerCells) limits.maxSeconds *= shareOfTime;
+  limits.maxIterations = std::min(mostSweeps, limits.maxIterations.value_or(mostSweeps));
+  ClearanceSearch search(requested, output, sample, hooks_, limits, false);
+  Packing found = search.withClearances(timer_);
   if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
     throwInterrupted(output);
   if (found.cellCount == 0 || (!fewerCells && found.outcome != Outcome::certified)) return {};
-  found.problem = requested;
   return found;
 }
 
 Packing Session::withClearances(const Ready& ready, const OutputRequest& output) {
   // From the certificate of soft cells nothing continues: it takes less time than they.
-  ClearanceSearch search(ready.problem, output, sampleOf(ready.problem), hooks_, !ready.softPacking);
+  ClearanceSearch search(ready.problem, output, sampleOf(ready.problem), hooks_, {}, !ready.softPacking);
   Packing found = search.withClearances(timer_);
   stateSaved_ = stateSaved_ || search.saved();
   stateSavedOnce_ = stateSavedOnce_ || search.savedAny();
