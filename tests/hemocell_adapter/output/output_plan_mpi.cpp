@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/output/output_plan.h"
 #include "packMesh/core/error.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -36,14 +35,9 @@ std::vector<std::string> partsOf(int rank) {
   return {std::string(3 * rank + 1, static_cast<char>('a' + rank)), "", std::string(2500000, 'z')};
 }
 
-/// Writes a file with a full disk, imitated by a limit on the size of files.
+/// Writes a file with a full disk.
 std::string failureOf(const Shared& shared, const fs::path& file) {
-  struct rlimit before;
-  ::getrlimit(RLIMIT_FSIZE, &before);
-  struct rlimit small = before;
-  small.rlim_cur = 1000;
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  ::setrlimit(RLIMIT_FSIZE, &small);
+  const test::FullDisk full;
   std::string message;
   ExitCode code = ExitCode::ok;
   try {
@@ -60,8 +54,6 @@ std::string failureOf(const Shared& shared, const fs::path& file) {
     message = error.what();
     code = ExitCode::cannotWrite;
   }
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
   CHECK(code == ExitCode::cannotWrite);
   return message;
 }

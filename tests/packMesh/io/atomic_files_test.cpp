@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <sys/inotify.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -15,6 +13,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
+#include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -99,15 +98,10 @@ TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
     files.add(a, "new");
     CHECK_THROWS_WITH(files.add(a, "newer"), Contains("two outputs"));
   }
-  SECTION("a full disk, imitated by a limit on the size of files") {
-    struct rlimit before;
-    ::getrlimit(RLIMIT_FSIZE, &before);
-    struct rlimit small = before;
-    small.rlim_cur = 1000;
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    ::setrlimit(RLIMIT_FSIZE, &small);
+  SECTION("a full disk") {
     std::string message;
     {
+      const test::FullDisk full;
       AtomicFiles files;
       try {
         files.add(a, "new");
@@ -116,8 +110,6 @@ TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
         message = error.what();
       }
     }
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, handler);
     CHECK_THAT(message, Contains("PLT.pos: cannot be written"));
   }
   SECTION("a target that turns into a folder before the commit") {
