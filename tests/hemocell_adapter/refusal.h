@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What the program refuses before it packs, without starting it.
+/// @file What the program refuses, without starting it.
 #pragma once
 
+#include <catch2/catch.hpp>
 #include <filesystem>
-#include <memory>
+#include <functional>
+#include <iomanip>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/output_plan.h"
-#include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/problem/make_problem.h"
-#include "hemocell_adapter/session/session.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_file.h"
-#include "packMesh/packing/pack.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 namespace packmesh::test {
 
@@ -26,34 +26,54 @@ struct Refusal {
   std::string message;
 };
 
-/// What the program says of arguments, separated by spaces, in this folder, where it prepares a packing; exit
-/// code 0 if it would pack.
-inline Refusal refused(const std::filesystem::path& folder, const std::string& arguments) {
+/// What the program says of arguments in this folder, where it packs or checks what it does not refuse.
+/// @param arguments separated by spaces; 'with quotes' as one
+inline Refusal refused(const std::filesystem::path& folder, const std::string& arguments,
+                       const std::string& program = "packMesh") {
   using namespace hemocell;
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(folder);
   log::setLevel(log::Level::silent);
   std::istringstream text(arguments);
   std::vector<std::string> words;
-  for (std::string word; text >> word;) words.push_back(word);
+  for (std::string word; text >> std::quoted(word, '\'');) words.push_back(word);
   Failure failure{ExitCode::ok, {}};
   try {
     const InputRecord inputs;
-    const CompletedRequest completed = requestToPack(parseCommandLine("packMesh", words).request);
-    const OutputRequest output = outputsToPack(completed);
-    const Communicator ranks;
-    Session session(writtenToFiles, {}, ranks);
-    const std::shared_ptr<const Problem> problem = session.prepare(completed);
-    requireWritableOutputs(*problem, output, true);
-    validate(packingProblemOf(*problem, problem->atDemanded));
-  } catch (const AgreedFailure& agreed) {
-    failure = {agreed.code(), agreed.what()};
-  } catch (const std::exception&) {
+    const CommandLine line = parseCommandLine(program, words);
+    failure.code = line.command == Command::check ? runCheck(line.request, Communicator())
+                                                  : runPacking(continued(line.request), Communicator());
+  } catch (...) {
     failure = failureOfException();
   }
   log::setLevel(log::Level::normal);
   std::filesystem::current_path(before);
   return {int(failure.code), inTermsOfUser(failure.message)};
+}
+
+struct RefusedRow {
+  std::string arguments;
+  int exitCode;
+  std::string message;  ///< part of it
+  std::function<void(const std::filesystem::path& folder)> spoil = [](const std::filesystem::path&) {};
+};
+
+/// Requires that each is refused in this folder, and nothing written.
+inline void requireRefused(const TemporaryFolder& folder, const std::vector<RefusedRow>& rows) {
+  for (const RefusedRow& row : rows) {
+    row.spoil(folder.path());
+    const int before = folder.files();
+    const Refusal refusal = refused(folder.path(), row.arguments);
+    INFO("packMesh " << row.arguments.substr(0, 300) << "\n" << refusal.message.substr(0, 2000));
+    CHECK(refusal.exitCode == row.exitCode);
+    CHECK_THAT(refusal.message, Catch::Matchers::Contains(row.message));
+    CHECK(folder.files() == before);
+  }
+}
+
+/// The same of a case for each of them.
+inline void requireRefused(const std::vector<RefusedRow>& rows) {
+  for (const RefusedRow& row : rows) requireRefused(SampleCase(), {row});
 }
 
 }  // namespace packmesh::test

@@ -83,18 +83,6 @@ TEST_CASE("check of many lines that are the same ends after a bounded number of 
   CHECK(listed < 50);
 }
 
-TEST_CASE("check rejects options of packing", "[executable]") {
-  const TemporaryFolder folder;
-  ok(folder, "16 16 16 --rbc 2");
-  for (const char* option : {"--dry-run", "--validate", "--realisations 2", "--tile 1 2 1", "--state s.h5",
-                             "--restart s.h5", "--checkpoint-every 3"}) {
-    CAPTURE(option);
-    const Ran ran = run(folder.path(), std::string("check --box 16 16 16 ") + option);
-    CHECK(ran.exitCode == 1);
-    CHECK_THAT(ran.err, Contains("is for packing, not for check"));
-  }
-}
-
 TEST_CASE("check writes the same outputs of files as the run that packed them", "[executable]") {
   const SampleCase folder;
   const std::string outputs =

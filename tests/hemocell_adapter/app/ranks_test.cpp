@@ -220,6 +220,11 @@ TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][al
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
 }
 
+TEST_CASE("Soft cells are the same on any number of ranks and threads", "[ranks]") {
+  requireSameOnRanks("10 10 10 --ends periodic --hematocrit 0.73 --soft --state s.h5",
+                     {{1, 1}, {2, 2}, {4, 1}});
+}
+
 TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks]") {
   requireSameOnRanks(
       "'<packing><container><box size=\"40 20 12\"/><obstacles><box origin=\"15 9 -1\" size=\"26 2 14\"/>"

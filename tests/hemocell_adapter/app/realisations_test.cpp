@@ -24,7 +24,6 @@ TEST_CASE("Realisations differ by their seeds and have separate folders", "[exec
   const Ran failed = run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 5 --realisations 2");
   CHECK(failed.exitCode == 3);
   CHECK_THAT(failed.err, Contains("realisations that failed: 1, 2"));
-  CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
 }
 
 TEST_CASE("The reports of realisations name their neighbours", "[executable]") {

@@ -12,7 +12,7 @@
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/hemocell_adapter/executable.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/write_mesh.h"
@@ -332,9 +332,8 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
   CHECK(lumen() == volume);
   CHECK_THAT(capped.all(),
              Contains("open.stl: capped 1 flat opening (447.239 µm²); --flat-openings refuse makes"));
-  const Ran refused = run(folder.path(), "--vessel open.stl" + cells + " --flat-openings refuse");
-  CHECK(refused.exitCode == 2);
-  CHECK_THAT(refused.all(), Contains("the surface is not closed: it has 24 open edges"));
+  requireRefused(folder, {{"--vessel open.stl" + cells + " --flat-openings refuse", 2,
+                           "the surface is not closed: it has 24 open edges"}});
 }
 
 TEST_CASE("The time limit includes the preparation", "[executable]") {

@@ -6,7 +6,7 @@
 
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -30,7 +30,8 @@ TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does
   const std::string first = readText(folder.path() / "RBC.pos");
   CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
   CHECK(readText(folder.path() / "RBC.pos") == first);
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation").exitCode == 2);
+  requireRefused(folder,
+                 {{"config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation", 2, "<method> cat"}});
 
   const TemporaryFolder box;
   Ran ran = run(box.path(), "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
@@ -40,15 +41,9 @@ TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does
   ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
   CHECK(ran.exitCode == 3);
   CHECK_THAT(ran.err, Contains("3 iterations"));
-  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method dog");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("cat"));
-  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --builder chords");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("'--builder' is for --method cat"));
-  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --escape");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("'--escape' is for --method cat"));
+  requireRefused(box, {{"16 16 16 --hematocrit 0.35 --method dog", 1, "cat"},
+                       {"16 16 16 --hematocrit 0.35 --builder chords", 1, "'--builder' is for --method cat"},
+                       {"16 16 16 --hematocrit 0.35 --escape", 1, "'--escape' is for --method cat"}});
   ran = run(box.path(), "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder cat-faces");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
@@ -77,27 +72,19 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
     CAPTURE(other);
     CHECK(posOf(std::string("--growth ") + other) != plain);
   }
-  Ran ran =
-      run(folder.path(), command + "--growth iterations 1 --growth barriers 1 --growth relaxationSweeps 0");
-  CHECK(ran.exitCode == 3);
-  ran = run(folder.path(), command + "--growth iterations 0");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("'--growth' iterations: expected a whole number"));
-  ran = run(folder.path(), command + "--growth barriers '0.5 0.9'");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("the last barrier must be 1"));
-  ran = run(folder.path(), command + "--growth paddding 1");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("did you mean 'padding'?"));
-  ran = run(folder.path(), "12 12 12 --rbc 3 --growth padding 0.5");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("'--growth' is for --method cat"));
+  CHECK(run(folder.path(), command + "--growth iterations 1 --growth barriers 1 --growth relaxationSweeps 0")
+            .exitCode == 3);
+  requireRefused(folder,
+                 {{command + "--growth iterations 0", 1, "'--growth' iterations: expected a whole number"},
+                  {command + "--growth barriers '0.5 0.9'", 2, "the last barrier must be 1"},
+                  {command + "--growth paddding 1", 1, "did you mean 'padding'?"},
+                  {"12 12 12 --rbc 3 --growth padding 0.5", 1, "'--growth' is for --method cat"}});
 }
 
 TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 5 --plt 2 --method cat --stock PLT 4 ";
-  Ran ran = run(folder.path(), command + "--escape --state state.h5");
+  const Ran ran = run(folder.path(), command + "--escape --state state.h5");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   CHECK(cellsIn(folder.path() / "RBC.pos") == 5);
@@ -108,7 +95,5 @@ TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   std::filesystem::remove(folder.path() / "PLT.pos");
   CHECK(run(folder.path(), "--restart state.h5").exitCode == 0);
   CHECK(readText(folder.path() / "PLT.pos") == platelets);
-  ran = run(folder.path(), command);
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("'PLT' has a reserve (stock), which only --escape uses"));
+  requireRefused(folder, {{command, 2, "'PLT' has a reserve (stock), which only --escape uses"}});
 }

@@ -6,7 +6,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/hemocell_adapter/tube.h"
 
 using namespace packmesh;
@@ -173,13 +173,9 @@ TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[execu
   fs::remove(folder.path() / "PLT.pos");
   const PreInletCase stated("<packing><hematocrit>0.25</hematocrit><preInlet>Xneg</preInlet></packing>");
   CHECK(run(stated.path(), "config.xml").exitCode == 0);
-  ran = run(folder.path(), "config.xml --hematocrit 0.25");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("preInletFromSlice(Direction::Xpos, slice)") && Contains("--pre-inlet"));
-  ran = run(folder.path(), "config.xml --hematocrit 0.25 --pre-inlet-slice 3");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("need its direction"));
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.25 --pre-inlet X").exitCode == 1);
+  requireRefused(folder, {{"config.xml --hematocrit 0.25", 2, "preInletFromSlice(Direction::Xpos, slice)"},
+                          {"config.xml --hematocrit 0.25 --pre-inlet-slice 3", 1, "need its direction"},
+                          {"config.xml --hematocrit 0.25 --pre-inlet X", 1, "'--pre-inlet'"}});
   // The C++ code alone says it, too, if it has no slice of its own.
   writeText(folder.path() / "case.cpp",
             "int main() {\nhemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos); }");
@@ -191,9 +187,5 @@ TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[execu
              Contains("plane 49 of nodes along x (case.cpp:2), repeated with the fluid nodes of plane 48"));
   CHECK_THAT(readText(folder.path() / "r.json"), Contains("\"preInletSlice\": \"last - 1\""));
   CHECK(run(folder.path(), "check config.xml --pre-inlet-slice 49").err.empty());
-  const SampleCase without;
-  ran = run(without.path(), "config.xml --hematocrit 0.25 --pre-inlet Xpos");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("<lengthN>"));
-  CHECK(!fs::exists(without.path() / "RBC.pos"));
+  requireRefused({{"config.xml --hematocrit 0.25 --pre-inlet Xpos", 2, "<lengthN>"}});
 }

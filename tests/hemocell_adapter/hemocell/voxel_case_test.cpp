@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hemocell_adapter/settings/request.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;
@@ -207,8 +207,7 @@ TEST_CASE("Surfaces that cross themselves are packed in the nodes that HemoCell 
     }
   }
   const VesselCase negative(joined(along, tubeAround({{20, -20, 0}, {20, 20, 0}}, 5), Vec3::Zero()));
-  const Ran refused = run(negative.path(), "--vessel vessel.stl 1 --hematocrit 0.15");
-  CHECK(refused.exitCode == 2);
-  CHECK_THAT(refused.err,
-             Contains("HemoCell's nodes, which begin at 0, and the surface begins at (0, -20, -6) µm"));
+  requireRefused(negative,
+                 {{"--vessel vessel.stl 1 --hematocrit 0.15", 2,
+                   "HemoCell's nodes, which begin at 0, and the surface begins at (0, -20, -6) µm"}});
 }

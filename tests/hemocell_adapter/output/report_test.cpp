@@ -8,7 +8,7 @@
 #include <set>
 
 #include "hemocell_adapter/settings/settings_table.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -104,31 +104,6 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
   }
 }
 
-TEST_CASE("Reports and VTK files do not depend on the number of ranks", "[executable]") {
-  const SampleCase folder;
-  const std::string arguments =
-      "config.xml --hematocrit 0.25 --plt_ratio 0.3 --report report.json --vtp --vtp-meshes --pov "
-      "--output-dir ";
-  std::vector<std::vector<std::string>> written;
-  for (const int ranks : {1, 2, 3}) {
-    const Ran ran = run(folder.path(), arguments + "out", "packMesh", onRanks(ranks));
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
-    Report report = reportIn(folder.path() / "report.json");
-    CHECK(report["times"]["ranks"] == ranks);
-    report.erase("times");
-    std::vector<std::string> texts = {report.dump()};
-    std::set<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder.path() / "out")) files.insert(entry.path());
-    CHECK(files.size() == 2 + 2 + 2 + 2 + 1);
-    for (const fs::path& file : files) texts.push_back(readText(file));
-    written.push_back(texts);
-    fs::remove_all(folder.path() / "out");
-  }
-  CHECK(written[0] == written[1]);
-  CHECK(written[0] == written[2]);
-}
-
 TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable]") {
   const SampleCase folder;
   const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report 'my report.html'");
@@ -214,27 +189,25 @@ TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable]") {
 TEST_CASE("Errors of an output are reported before packing", "[executable]") {
   const SampleCase folder;
   const std::string box = "25 25 25 --rbc 3 ";
-  const auto refused = [&](const std::string& arguments, int code) {
-    const Ran ran = run(folder.path(), arguments);
-    CHECK(ran.exitCode == code);
-    CHECK_FALSE(fs::exists(folder.path() / "RBC.pos"));
-    return ran.err;
+  const auto packing = [](const std::string& text) {
+    return [=](const fs::path& in) {
+      writeText(in / "config.xml", configXml(sampleDomain, "<packing>" + text + "</packing>"));
+    };
   };
-  CHECK_THAT(refused(box + "--report report.txt", 1),
-             Contains("option '--report': expected a file that ends in .json or .html, found 'report.txt'"));
-  CHECK_THAT(refused(box + "--report", 1), Contains("--report"));
-  CHECK_THAT(refused(box + "--report config.xml/report.json", 5), Contains("is not a folder"));
-  CHECK_THAT(refused(box + "--report /proc/report.json", 5), Contains("/proc: the folder is not writable"));
+  requireRefused(
+      folder,
+      {{box + "--report report.txt", 1,
+        "option '--report': expected a file that ends in .json or .html, found 'report.txt'"},
+       {box + "--report", 1, "--report"},
+       {box + "--report config.xml/report.json", 5, "is not a folder"},
+       {box + "--report /proc/report.json", 5, "/proc: the folder is not writable"},
+       {"config.xml --hematocrit 0.1", 2, "<vtp>", packing("<report>report.pdf</report><vtp>maybe</vtp>")},
+       {"config.xml --hematocrit 0.1", 2, "<report>: expected a file that ends in",
+        packing("<report>report.pdf</report>")}});
   for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "lumen.vtp"}) {
     fs::create_directory(folder.path() / taken);
-    CHECK_THAT(refused(box + "--report report.html --vtp --vtp-meshes --pov", 5),
-               Contains(std::string(taken) + ": is not a regular file"));
+    requireRefused(folder, {{box + "--report report.html --vtp --vtp-meshes --pov", 5,
+                             std::string(taken) + ": is not a regular file"}});
     fs::remove(folder.path() / taken);
   }
-  writeText(folder.path() / "config.xml",
-            configXml(sampleDomain, "<packing> <report> report.pdf </report> <vtp> maybe </vtp> </packing>"));
-  CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<vtp>") && Contains("maybe"));
-  writeText(folder.path() / "config.xml",
-            configXml(sampleDomain, "<packing> <report> report.pdf </report> </packing>"));
-  CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<report>: expected a file that ends in"));
 }

@@ -4,7 +4,7 @@
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -207,11 +207,11 @@ TEST_CASE("A case whose C++ code keeps cells from the wall is packed and checked
 TEST_CASE("A request for a cell without a file lists the available cells", "[executable]") {
   const SampleCase folder;
   fs::rename(folder.path() / "RBC.xml", folder.path() / "RBC_HO.xml");
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.2");
+  const Refusal ran = refused(folder.path(), "config.xml --hematocrit 0.2");
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("RBC.xml: no such file") &&
-                          Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
-                          Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
+  CHECK_THAT(ran.message, Contains("RBC.xml: no such file") &&
+                              Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
+                              Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }
 
 TEST_CASE("Walls and periodic axes of the code that are not read are named", "[code_facts]") {

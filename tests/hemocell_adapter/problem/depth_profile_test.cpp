@@ -8,7 +8,6 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/hemocell_adapter/refusal.h"
-#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;
@@ -97,21 +96,11 @@ TEST_CASE("A discharge hematocrit packs the hematocrit of the tube", "[executabl
 
 TEST_CASE("A discharge hematocrit that means nothing is refused", "[profile]") {
   TemporaryFolder folder;
-  struct Row {
-    const char* arguments;
-    int code;
-    const char* message;
-  };
-  for (const Row& row :
-       {Row{"--cylinder x 10 30 --discharge-hematocrit 0.3 --hematocrit 0.3", 1, "exclude each other"},
-        Row{"30 30 30 --ends periodic --discharge-hematocrit 0.3", 2, "this one has none"},
-        Row{"--cylinder x 10 30 --discharge-hematocrit 1.3", 1, "'--discharge-hematocrit'"},
-        Row{"--cylinder x 10 30 --discharge-hematocrit 0.3 --rbc 5 --plt 3", 1, ""}}) {
-    CAPTURE(row.arguments);
-    const Refusal refusal = refused(folder.path(), row.arguments);
-    CHECK(refusal.exitCode == row.code);
-    CHECK_THAT(refusal.message, Contains(row.message));
-  }
+  requireRefused(folder,
+                 {{"--cylinder x 10 30 --discharge-hematocrit 0.3 --hematocrit 0.3", 1, "exclude each other"},
+                  {"30 30 30 --ends periodic --discharge-hematocrit 0.3", 2, "this one has none"},
+                  {"--cylinder x 10 30 --discharge-hematocrit 1.3", 1, "'--discharge-hematocrit'"},
+                  {"--cylinder x 10 30 --discharge-hematocrit 0.3 --rbc 5 --plt 3", 1, ""}});
   SampleCase both(
       "<packing> <hematocrit> 0.2 </hematocrit> <dischargeHematocrit> 0.2 </dischargeHematocrit> </packing>");
   CHECK_THAT(refused(both.path(), "config.xml").message, Contains("<hematocrit> and <dischargeHematocrit>"));

@@ -239,12 +239,6 @@ TEST_CASE("A dry run and a validation write no files", "[executable]") {
   ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
-  ran = run(folder.path(), "config.xml --hematocrit 0.3 --plt 3 --validate");
-  CHECK(ran.exitCode == 1);
-  writeText(folder.path() / "tube.stl", tubeStl(2.4, 0.75, 48, true));
-  ran = run(folder.path(), "config.xml --hematocrit 0.3 --flat-openings refuse --validate");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("open edge"));
   for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
 }
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
@@ -48,25 +48,22 @@ TEST_CASE("Fixed cells keep their lines while others are added", "[executable]")
   const auto more = linesOf(folder.path() / "RBC.pos");
   CHECK(more.size() >= red.size() + 3);
   CHECK(holdsAll(more, red));
-  const Ran fewer = run(folder.path(), "config.xml --hematocrit 0.1");
-  CHECK(fewer.exitCode == 2);
-  CHECK_THAT(fewer.err, Contains("there.pos") && Contains("fixed cells, but only"));
+  requireRefused(folder, {{"config.xml --hematocrit 0.1", 2, "fixed cells, but only"}});
 }
 
 TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[executable]") {
   const SampleCase folder;
-  writeText(folder.path() / "WBC.pos", "2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n");
   writeText(folder.path() / "WBC.xml", cellXml("WBC", 4.0, 600, ""));
-  Ran ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' and cell 2 of 'WBC, fixed' are fixed, but overlap"));
-  writeText(folder.path() / "WBC.pos", "1\n12 1 7 0 0 0\n");
-  ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' is fixed, but"));
-  ran = run(folder.path(), "config.xml --fixed none.pos --rbc 3");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("none.pos: no such file"));
+  const std::string asked = "config.xml --rbc 3 --fixed ";
+  const auto cells = [](const std::string& text) {
+    return [=](const fs::path& in) { writeText(in / "WBC.pos", text); };
+  };
+  requireRefused(
+      folder,
+      {{asked + "WBC.pos", 2, "cell 1 of 'WBC, fixed' and cell 2 of 'WBC, fixed' are fixed, but overlap",
+        cells("2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n")},
+       {asked + "WBC.pos", 2, "cell 1 of 'WBC, fixed' is fixed, but", cells("1\n12 1 7 0 0 0\n")},
+       {asked + "none.pos", 2, "none.pos: no such file"}});
 }
 
 TEST_CASE("Cells beyond the number that a file announces are ignored, as by HemoCell", "[executable]") {
@@ -122,11 +119,8 @@ TEST_CASE("Cells that all start at one position are rejected without relaxation"
     lines += std::to_string(cell % 50) + "e-6 " + std::to_string(cell / 50) + "e-6 2e-6 0 0 0\n";
   fs::create_directory(folder.path() / "from");
   writeText(folder.path() / "from/RBC.pos", rbcPos(lines, 2000));
-  const Ran ran = run(folder.path(), "100 100 100 --rbc 2000 --start from/RBC.pos");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("from/RBC.pos: too many of its 2000 cells coincide (at least 1999000 pairs") &&
-                          Contains("to start from; are positions in µm?"));
+  requireRefused(folder, {{"100 100 100 --rbc 2000 --start from/RBC.pos", 2,
+                           "from/RBC.pos: too many of its 2000 cells coincide (at least 1999000 pairs"}});
 }
 
 TEST_CASE("Cells that start as copies of each other are separated", "[executable]") {

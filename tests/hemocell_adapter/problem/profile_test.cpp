@@ -10,7 +10,6 @@
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/refusal.h"
-#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -179,29 +178,19 @@ TEST_CASE("A profile that makes no sense is refused", "[profile]") {
   writeText(folder.path() / "p.txt", "distance RBC\n0 0\n6 0\n7 1\n");
   writeText(folder.path() / "far.txt", "distance RBC\n0 0\n60 0\n70 1\n");
   writeText(folder.path() / "wbc.txt", "distance WBC\n0 1\n");
-  struct Row {
-    const char* arguments;
-    int code;
-    const char* message;
-  };
-  for (const Row& row :
-       {Row{"30 30 30 --ends periodic --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
-        Row{"30 30 30 --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
-        Row{"--cylinder x 12 30 --hematocrit 0.3 --profile p.txt", 3,
-            "no random packing beyond 0.62 is known"},
-        Row{"--cylinder x 12 30 --hematocrit 0.1 --profile far.txt", 2, "'RBC' is 0 everywhere in the lumen"},
-        Row{"--cylinder x 12 30 --hematocrit 0.1 --profile wbc.txt", 2,
-            "none of the cells to pack has a profile"},
-        Row{"--cylinder x 12 30 --wbc 3 --profile developed", 2, "that of red cells"},
-        Row{"--cylinder x 12 30 --hematocrit 0.1 --profile none.txt", 2, "none.txt"},
-        Row{"--cylinder x 12 30 --hematocrit 0.1 --profile developed --order columns", 2,
-            "--order columns (<order>) and a profile"},
-        Row{"--cylinder x 12 30 --hematocrit 0.1 --method cat --profile p.txt", 1, "--method relaxation"}}) {
-    CAPTURE(row.arguments);
-    const Refusal refusal = refused(folder.path(), row.arguments);
-    CHECK(refusal.exitCode == row.code);
-    CHECK_THAT(refusal.message, Contains(row.message));
-  }
+  requireRefused(
+      folder,
+      {{"30 30 30 --ends periodic --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
+       {"30 30 30 --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
+       {"--cylinder x 12 30 --hematocrit 0.3 --profile p.txt", 3, "no random packing beyond 0.62 is known"},
+       {"--cylinder x 12 30 --hematocrit 0.1 --profile far.txt", 2, "'RBC' is 0 everywhere in the lumen"},
+       {"--cylinder x 12 30 --hematocrit 0.1 --profile wbc.txt", 2,
+        "none of the cells to pack has a profile"},
+       {"--cylinder x 12 30 --wbc 3 --profile developed", 2, "that of red cells"},
+       {"--cylinder x 12 30 --hematocrit 0.1 --profile none.txt", 2, "none.txt"},
+       {"--cylinder x 12 30 --hematocrit 0.1 --profile developed --order columns", 2,
+        "--order columns (<order>) and a profile"},
+       {"--cylinder x 12 30 --hematocrit 0.1 --method cat --profile p.txt", 1, "--method relaxation"}});
   SampleCase regions(
       "<packing> <hematocrit> 0.1 </hematocrit> <profile> developed </profile>"
       "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region> </packing>");

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
-#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/refusal.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
@@ -41,20 +41,6 @@ TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved 
   CHECK(std::abs(report["deformation"]["largest"]["volume"].get<double>()) < 0.01);
   CHECK(report["configuration"]["hematocrit"] == 0.73);
   CHECK(report["species"][0]["request"] == "by hematocrit");
-}
-
-TEST_CASE("Soft cells are the same on any number of ranks and threads", "[executable][mpi]") {
-  const TemporaryFolder alone;
-  ok(alone, dense + "--state s.h5");
-  const std::string expected = readText(alone.path() / "s.h5");
-  for (const int ranks : {2, 4}) {
-    const TemporaryFolder folder;
-    const Ran ran = run(folder.path(), dense + "--state s.h5", "packMesh",
-                        "OMP_NUM_THREADS=" + std::to_string(3 - ranks / 2) + " " + onRanks(ranks));
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
-    CHECK((readText(folder.path() / "s.h5") == expected));
-  }
 }
 
 TEST_CASE("Soft cells fold in a capillary", "[executable]") {
@@ -232,21 +218,16 @@ TEST_CASE("A checkpoint of soft cells is refused by another request", "[executab
   const TemporaryFolder folder;
   failed(folder, dense + "--max-iterations 20", 3);
   const std::string restart = "--restart s.checkpoint.h5 ";
-  for (const char* other : {"--seed 2", "--clearance 0.02", "--plt_ratio 0.2"})
-    CHECK_THAT(failed(folder, restart + dense + other, 2).err, Contains("is the state of another problem"));
-  CHECK_THAT(failed(folder, restart + dense + "--rigid PLT", 2).err, Contains("have other membranes"));
-  CHECK_THAT(failed(folder, restart + "10 10 10 --ends periodic --hematocrit 0.73", 2).err,
-             Contains("s.checkpoint.h5: is the state of soft cells (--soft)"));
-  CHECK_THAT(failed(folder, "--start s.checkpoint.h5 " + dense, 2).err,
-             Contains("has cells that still grow"));
-}
-
-TEST_CASE("What soft cells exclude is refused before packing", "[executable]") {
-  const TemporaryFolder folder;
-  for (const std::string& other : {dense + "--clearance max", dense + "--order columns",
-                                   std::string("10 10 10 --rbc 3 --soft --also-dx 0.25")})
-    CHECK_THAT(run(folder.path(), other).err, Contains("--soft and --") && Contains("exclude each other"));
-  CHECK_THAT(failed(folder, dense + "--method cat", 1).err, Contains("--soft"));
+  const std::string state = " --state s.h5", another = "is the state of another problem";
+  requireRefused(folder, {
+                             {restart + dense + "--seed 2" + state, 2, another},
+                             {restart + dense + "--clearance 0.02" + state, 2, another},
+                             {restart + dense + "--plt_ratio 0.2" + state, 2, another},
+                             {restart + dense + "--rigid PLT" + state, 2, "have other membranes"},
+                             {restart + "10 10 10 --ends periodic --hematocrit 0.73" + state, 2,
+                              "s.checkpoint.h5: is the state of soft cells (--soft)"},
+                             {"--start s.checkpoint.h5 " + dense + state, 2, "has cells that still grow"},
+                         });
 }
 
 TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[executable]") {
@@ -256,10 +237,10 @@ TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[ex
   };
   const std::string asked = "config.xml --rbc 2 --soft";
   cell("<kLink> 15 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume>");
-  CHECK_THAT(failed(folder, asked, 2).err, Contains("RBC.xml") && Contains("<kArea> is missing"));
+  requireRefused(folder, {{asked, 2, "<kArea> is missing"}});
   ok(folder, asked + " --rigid RBC");
   cell("<kLink> 30 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume> <kArea> -5 </kArea>");
-  CHECK_THAT(failed(folder, asked, 2).err, Contains("<kArea> '-5', expected a number that is not negative"));
+  requireRefused(folder, {{asked, 2, "<kArea> '-5', expected a number that is not negative"}});
   cell("<kLink> 30 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume> <kArea> 5 </kArea>");
   CHECK_THAT(ok(folder, asked).out, Contains("RBC: soft, kLink 30, kBend 80, kVolume 20, kArea 5 (RBC.xml)"));
 }

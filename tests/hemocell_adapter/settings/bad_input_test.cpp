@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// What users get wrong: what is refused before packing in this process, the rest with the real executable.
+// What users get wrong: what is refused in this process, the rest with the real executable.
 #include <catch2/catch.hpp>
 #include <functional>
 
 #include "tests/hemocell_adapter/refusal.h"
-#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
@@ -24,20 +23,15 @@ std::string spikedTubeStl() {
 }  // namespace
 
 TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") {
-  struct Row {
-    std::string arguments;
-    int exitCode;
-    std::string message;
-    std::function<void(const fs::path&)> spoil = [](const fs::path&) {};
-  };
   const auto config = [](const std::string& domain, const std::string& packing = "") {
     return [=](const fs::path& folder) { writeText(folder / "config.xml", configXml(domain, packing)); };
   };
   const auto file = [](const std::string& name, const std::string& text) {
     return [=](const fs::path& folder) { writeText(folder / name, text); };
   };
-  const std::string h = "config.xml --hematocrit 0.2";
-  const std::vector<Row> rows = {
+  const std::string h = "config.xml --hematocrit 0.2",
+                    soft = "10 10 10 --ends periodic --hematocrit 0.73 --soft ";
+  const std::vector<RefusedRow> rows = {
       {"", 1, "nothing to do"},
       {"50 50 50 --hematocrti 0.3", 1, "did you mean '--hematocrit'?"},
       {"50 50 50", 1, "how many cells?"},
@@ -46,16 +40,12 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"nan 50 50 --rbc 1", 1, "expected"},
       {"1e9 50 50 --rbc 1", 1, "found '1e9'"},
       {"50 50 50 --rbc 0", 2, "nothing to pack"},
-      {"50 50 50 --rbc 99999999", 3, "the lumen only"},
       {"50 50 50 --rbc 99999999 --wbc 2", 2, "100000001 cells are too many; at most 100000000 can be packed"},
       {"50 50 50 --rbc 1 --seed -1", 1, "expected a whole number in [0, 9223372036854775807], found '-1'"},
-      {"--sphere 3.8 --rbc 1 --max-iterations 20", 3, "not even one cell could be packed"},
       {"--vessel tube.stl 1e6 --rbc 1", 2, "tube.stl: with the factor 1e+06 it reaches 2.4e+06 µm"},
       {"50 50 50 --hematocrit 1.2", 1, "[0, 1)"},
       {"50 50 50 --hematocrit 1e-9", 2, "nothing to pack"},
       {"5 5 2 --rbc 1", 2, "larger than the lumen"},
-      {"5 5 5 --rbc 1", 3, "not even one cell could be packed"},
-      {"5 5 5 --rbc 1 --ends periodic --max-iterations 2000", 3, "not even one cell could be packed"},
       {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
       {"15 15 15 --hematocrit 0.72 --max-iterations 50 --output-dir sub", 5, "PLT.pos: is not a regular file",
@@ -74,7 +64,6 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
          fs::create_directories(folder / "near");
          writeText(folder / "near/RBC.pos", rbcPos("7 7 2.5 90 0 0\n", 1));
        }},
-      {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
       {"50 50 50 --cell-mesh egg 2 tube.stl --cell egg 3 3 4 5", 1,
        "option '--cell': cell 'egg' is already described by '--cell-mesh'"},
       {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
@@ -121,7 +110,7 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {h, 2, "expected a binary STL file of 684 bytes for the 12 triangles",
        file("tube.stl",
             "solid" + std::string(75, ' ') + std::string("\x0c\0\0\0", 4) + std::string(550, 'x'))},
-      {h + " --flat-openings refuse", 2, "not closed: it has 3 open edges",
+      {h + " --flat-openings refuse --validate", 2, "not closed: it has 3 open edges",
        file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
       {h + " --flat-openings maybe", 1, "expected cap or refuse"},
       {h, 2, "tube.stl: the surface intersects itself",
@@ -159,7 +148,28 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {h + " --cell-mesh RBC 5 tube.stl", 2, "the number of 'RBC' follows from the hematocrit"},
       {"config.xml --rbc 2 --wbc 2", 2,
        "WBC.xml: no such file; it must define how HemoCell builds the cell 'WBC'"},
+      {"20 20 20 --rbc 12 --clearance max --state s.h5", 1, "--clearance max"},
+      {"15 15 15 --rbc 2 --realisations 0", 1, "'--realisations'"},
+      {"30 30 30 --cell Rod 1 60 2 2", 2, "larger than the lumen"},
+      {"20 20 20 --hematocrit 0", 2, "asks for no red cells; use it with regions"},
+      {"config.xml --hematocrit 0.3 --plt 3 --validate", 1, "--plt"},
+      // A box that is repeated
+      {"16 18 20 --ends periodic --rbc 3 --walls x --tile 2 1 1", 2, "the box is not periodic along x"},
+      {"16 18 20 --ends periodic --rbc 3 --tile 0 2 1", 1, "'--tile'"},
+      {"16 18 20 --ends periodic --rbc 3 --tile 10000 10000 1", 2, "the box would be more than 100000 µm"},
+      // Soft cells
+      {soft + "--clearance max", 1, "--soft and --"},
+      {soft + "--order columns", 1, "--soft and --"},
+      {"10 10 10 --rbc 3 --soft --also-dx 0.25", 1, "--soft and --"},
+      {soft + "--method cat", 1, "--soft"},
       {"check", 1, "nothing to check"},
+      {"check --box 16 16 16 --dry-run", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --validate", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --realisations 2", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --tile 1 2 1", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --state s.h5", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --restart s.h5", 1, "is for packing, not for check"},
+      {"check --box 16 16 16 --checkpoint-every 3", 1, "is for packing, not for check"},
       {"check --box config.xml", 1,
        "check --box needs three sizes: check --box sX sY sZ; found 'config.xml'"},
       {"check config.xml", 2, "no .pos files"},
@@ -176,30 +186,34 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 nan 0 0 0\n", 1))},
       {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", "many\n1 2 3 0 0 0\n")},
       {"check config.xml", 2, "RBC.pos", file("RBC.pos", "")},
-      {"check config.xml", 4, "not clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
-      {"check config.xml", 4, "deletes 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
       {"check --box 20 20 20", 2, "RBC.pos:2: field 1 (x): expected a number between -100000 and 100000",
        file("RBC.pos", rbcPos("1e20 8 8 0 0 0\n", 1))},
   };
-  for (const Row& row : rows) {
+  requireRefused(rows);
+}
+
+TEST_CASE("What cannot be packed or is not clean has exit codes of its own", "[executable]") {
+  const auto pos = [](const std::string& lines, int count) {
+    return [=](const fs::path& folder) { writeText(folder / "RBC.pos", rbcPos(lines, count)); };
+  };
+  const std::vector<RefusedRow> rows = {
+      {"50 50 50 --rbc 99999999", 3, "the lumen only"},
+      {"--sphere 3.8 --rbc 1 --max-iterations 20", 3, "not even one cell could be packed"},
+      {"5 5 5 --rbc 1", 3, "not even one cell could be packed"},
+      {"5 5 5 --rbc 1 --ends periodic --max-iterations 2000", 3, "not even one cell could be packed"},
+      {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
+      {"check config.xml", 4, "not clean", pos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2)},
+      {"check config.xml", 4, "deletes 1", pos("500 8 8 0 0 0\n", 1)},
+  };
+  for (const RefusedRow& row : rows) {
     const SampleCase folder;
     row.spoil(folder.path());
-    const bool checks = row.arguments.compare(0, 5, "check") == 0;
-    if (row.exitCode <= 2 && !checks) {
-      const Refusal refusal = refused(folder.path(), row.arguments);
-      INFO("packMesh " << row.arguments << "\n" << refusal.message);
-      CHECK(refusal.exitCode == row.exitCode);
-      CHECK_THAT(refusal.message, Contains(row.message));
-      continue;
-    }
+    const int before = folder.files();
     const Ran ran = run(folder.path(), row.arguments);
     INFO("packMesh " << row.arguments << "\n" << ran.all());
     CHECK(ran.exitCode == row.exitCode);
     CHECK_THAT(ran.all(), Contains(row.message));
-    if (row.exitCode != 4) CHECK_THAT(ran.err, Contains("(packMesh) (Error) "));
-    if (!checks) {
-      for (const auto& entry : fs::directory_iterator(folder.path()))
-        CHECK(entry.path().extension() != ".pos");
-    }
+    CHECK(Catch::contains(ran.err, "(packMesh) (Error) ") == (row.exitCode == 3));
+    CHECK(folder.files() == before);
   }
 }
