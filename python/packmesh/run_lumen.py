@@ -209,8 +209,8 @@ class Branches:
     """
 
     def __init__(self, lumen: RunLumen, inlet: Opening, outlets: List[Opening]) -> None:
-        """A fork lies where the ways from an outlet to another one and to the inlet part: as far from the outlet as half of what these ways are
-        longer than the one between the others. Ways lead through cubes inside, from one to its neighbours."""
+        """Walls part where the ways from an outlet to another one and to the inlet part: as far from the outlet as half of what these ways are
+        longer than the one between the others. A branch begins a radius before. Ways lead through cubes inside, from one to its neighbours."""
         self.names = ["stem", *(f"outlet {number}" for number in range(1, len(outlets) + 1))]
         size = lumen.high - lumen.low
         self._edge = max(lumen._dx, float((size.prod() / _CUBES) ** (1 / 3)))
@@ -228,7 +228,7 @@ class Branches:
         for k in range(1, len(ends)):
             others = [j for j in range(1, len(ends)) if j != k]
             with np.errstate(invalid="ignore"):  # of ends that are not connected
-                fork = min(0.5 * (between[k, j] + between[k, 0] - between[j, 0]) for j in others)
+                fork = min(0.5 * (between[k, j] + between[k, 0] - between[j, 0]) for j in others) + 3 * ends[k].radius / self._edge
             self._part[inside & (ways[k] < fork) & np.all(ways[k] < ways[others], axis=0)] = k
         cubes = np.bincount(self._part[inside], minlength=len(self.names))
         self.volumes = cubes * (lumen.volume / max(1, cubes.sum()))

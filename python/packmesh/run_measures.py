@@ -227,7 +227,7 @@ class RunAnalysis:
         for end in [] if self.lumen is None else self.lumen.outlets:
             reach = (cells.shapes.high if end.side > 0 else -cells.shapes.low)[i, end.axis]
             beside = np.delete(cells.shapes.center[i] - end.center, end.axis)
-            if reach > end.side * end.center[end.axis] - _AT_OUTLET * step.dx - _FASTER * way and np.linalg.norm(beside) < end.radius + way:
+            if reach > end.side * end.center[end.axis] - _AT_OUTLET * step.dx - _FASTER * way and np.linalg.norm(beside) < end.radius + _AT_OUTLET * step.dx:
                 return True
         return False
 

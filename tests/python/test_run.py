@@ -242,7 +242,7 @@ def test_cells_leave_at_outlets(fed):
     first, second = (end.center for end in lumen.outlets)
     shutil.rmtree(folder / "out", ignore_errors=True)
     writer = Writer(folder / "out", nodes=made.nodes, dx=1, dt=made.dt, blocks=(1, 1, 1), periodic=(False,) * 3)
-    at = {1: first - [4, 0, 0], 2: second - [25, 0, 0], 3: first - [25, 0, 0], 4: second - [40, 0, 0]}
+    at = {1: first - [4, 0, 0], 2: second - [25, 0, 0], 3: first - [25, 0, 0], 4: 0.5 * (first + second) * [0, 1, 1] + [30, 0, 0]}
     for iteration, ids in ((0, [1, 2, 3, 4]), (100, [2, 3, 4]), (200, [4])):
         places = {1: at[1], 2: at[2] + [0.12 * iteration, 0, 0], 3: at[3] + [0.01 * iteration, 0, 0], 4: at[4]}
         cells = np.array([ball(places[i], 2) for i in ids])
