@@ -134,6 +134,14 @@ def test_forces_are_computed_when_vertices_move(dx, tmp_path):
     assert forces % velocities == 0 and forces / velocities >= 1 and 1.2e-6 < forces * tag(tmp_path / "tube", "domain/dt") < 2.5e-6 or forces in (1, 20)
 
 
+@pytest.mark.parametrize("drive", ["periodic", "inlet"])
+def test_cells_that_leave_are_no_losses(drive):
+    """A case with .pos files warns when its cells become fewer, unless they can leave by an outlet."""
+    text = (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()
+    code = case_folder.of_kinds(text, {"pos", "single", drive})
+    assert all((word in code) == (drive == "periodic") for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
+
+
 def test_a_facet_is_no_end(tmp_path):
     """A small flat part of the wall with a sharp edge, of few edges."""
     vertices, triangles = swept(straight(), 10.0)
