@@ -97,8 +97,8 @@ class RunLumen:
         self.low, self.high = (np.array(corner) for corner in self._lumen.bounds)
         self.period = np.array(self._lumen.period)
         self.flow_axis = int(np.argmax(np.where(self.period > 0, 1e12, 1) * (self.high - self.low)))
-        openings = self._openings() if root_of(config).find("preInlet") is not None else []
-        inflow = _inflow_of(config)
+        inflow = None if root_of(config).find("preInlet") is None else _inflow_of(config)
+        openings = [] if inflow is None else self._openings()
         self.outlets = [end for end in openings if (end.axis, end.side) != inflow]
         self._inlets = [end for end in openings if (end.axis, end.side) == inflow]
 
