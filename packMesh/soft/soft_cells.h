@@ -63,6 +63,12 @@ class SoftCells {
   /// not depend on the number of ranks and threads.
   void step();
 
+  /// Makes bending stiff again, as while cells grew, so that sharp folds open, and multiplies the range of the
+  /// wall's barrier by a factor below 1, which gives them room.
+  void unfold(double wallFactor);
+  /// Of the same range. Pre: before the first step
+  void narrowWall(double factor) { settings_.wallRange *= factor; }
+
   std::int64_t iterations() const { return iterations_; }
   /// Whether all cells have their full size, and the membranes their own stiffness.
   bool full() const { return stiffening_ == 1.0 && smallestScale() == 1.0; }

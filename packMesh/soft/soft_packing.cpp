@@ -45,6 +45,10 @@ constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
+/// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less of
+/// the range of the wall's barrier.
+constexpr int mostUnfolded = 3;
+constexpr double wallFactor = 0.5;
 /// Where forces or changes stay too large, cells begin elsewhere.
 constexpr int mostAttempts = 3;
 /// If fewer cells suffice: share of the time for all of them, how often cells are taken out, and iterations
@@ -253,6 +257,11 @@ class SoftPacker {
       return false;
     const Deformation most = largestDeformation();
     if ((most.force <= limits_.aim && limits_.allow(most)) || tolerance_ <= leastAtRest) return true;
+    if (unfolded_ < mostUnfolded) {
+      cells_->unfold(wallFactor);
+      ++unfolded_;
+      return false;
+    }
     if (limits_.allow(most) && forceBefore_ > 0.0 && most.force > worthResting * forceBefore_) return true;
     forceBefore_ = most.force;
     tolerance_ *= 0.5;
@@ -278,6 +287,7 @@ class SoftPacker {
     soft.numbers[2] = scale_;
     soft.numbers[3] = tolerance_;
     soft.numbers[4] = forceBefore_;
+    soft.counters[3] = unfolded_;
     return out;
   }
 
@@ -303,6 +313,8 @@ class SoftPacker {
     atRest_ = soft.counters[2] != 0;
     tolerance_ = soft.numbers[3];
     forceBefore_ = soft.numbers[4];
+    unfolded_ = int(soft.counters[3]);
+    cells_->narrowWall(std::pow(wallFactor, unfolded_));
     resumed_ = true;
   }
 
@@ -443,6 +455,7 @@ class SoftPacker {
     atRest_ = false;
     tolerance_ = atRest;
     forceBefore_ = 0.0;
+    unfolded_ = 0;
     cells_ = std::make_unique<SoftCells>(std::move(cells), physics_.container->period(), walls_, settings,
                                          problem_.execution.threads, problem_.execution.communicator);
   }
@@ -522,6 +535,7 @@ class SoftPacker {
   // last time that the method's was small enough; 0: not yet [pN]
   bool atRest_ = false;
   double tolerance_ = atRest, forceBefore_ = 0.0;
+  int unfolded_ = 0;  ///< how often sharp folds were opened
   Physics small_;
   std::vector<BodyState> placed_;  ///< undeformed, of all ranks, with shapes of small_
   std::vector<WallGap> walls_;
