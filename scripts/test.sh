@@ -9,6 +9,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ ${1:-} == all ]]; then
   shift
+  export PACKMESH_ALL_CASES=1
   for preset in release dev asan tsan; do scripts/test.sh "$preset" "$@"; done
   scripts/test.sh clang-mpich
   scripts/setup.sh --slurm
@@ -16,15 +17,16 @@ if [[ ${1:-} == all ]]; then
   exec scripts/soak.py --no-corpus --count 300
 fi
 if [[ ${1:-} == clang-mpich ]]; then
-  scripts/setup.sh
+  [[ ${2:-} == compile ]] && tests=--without-tests
+  scripts/setup.sh ${tests:-}
   scripts/setup.sh --clang-mpich
   jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
   if [[ ${2:-} == compile ]]; then
     # Vector types, MPI and HDF5 are where compilers and libraries differ.
-    cmake --preset clang-mpich -B build-clang-compile -DCMAKE_BUILD_TYPE=Debug -DBUILD_TESTING=OFF
+    cmake --preset clang-mpich -B build-clang-compile -DCMAKE_BUILD_TYPE=Debug -DBUILD_TESTING=OFF -DPACKMESH_UNITY=ON
     mapfile -t objects < <(ninja -C build-clang-compile -t targets all |
-      sed -nE 's/^((packMesh|hemocell_adapter)\/CMakeFiles\/[a-zA-Z0-9_]+\.dir\/((.*\/)?(parallel|io|packing|certificate|output)\/.*|.*_kernel|.*ranks)\.cpp\.o):.*/\1/p')
-    [[ ${#objects[@]} -ge 30 ]] || { echo "(packMesh) (Error) only ${#objects[@]} files to compile"; exit 1; }
+      sed -nE 's/^((packMesh|hemocell_adapter)\/CMakeFiles\/[a-zA-Z0-9_]+\.dir\/(Unity\/unity_.*_(parallel|io|packing|certificate|base|output)_.*|.*_kernel\.cpp)\.o):.*/\1/p')
+    [[ ${#objects[@]} -ge 30 ]] || { echo "(packMesh) (Error) only ${#objects[@]} objects to compile"; exit 1; }
     exec ninja -C build-clang-compile -j "$jobs" "${objects[@]}"
   fi
   scripts/build.sh clang-mpich

@@ -1,3 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#define CATCH_CONFIG_MAIN
-#include <catch2/catch.hpp>
+#include "tests/support/catch_session.h"
+
+int main(int argc, char** argv) {
+  return packmesh::test::runTests(argc, argv);
+}

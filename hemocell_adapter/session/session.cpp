@@ -292,7 +292,7 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
                                       const OutputRequest& output, bool deform) {
   ProgressLog progressLog(*problem, sampleOf(problem));
   std::optional<StateFiles> states;
-  const std::optional<std::filesystem::path>& restart = problem->request.restart;
+  const std::optional<std::filesystem::path> restart = deform ? std::nullopt : problem->request.restart;
   std::string digest;
   if (restart) together(ranks_, [&] { digest = readStateHead(*restart).digest; });
   const auto prepare = [&](PackingProblem& packing, bool last) {
@@ -395,8 +395,8 @@ Packing Session::pack(const std::shared_ptr<const Problem>& requested, const Out
                                        ready.whyFewer, delivery_.nothing)});
   }
   if (!found) found = withClearances(ready, output);
-  const bool seemedEasy = ready.problem != requested && !ready.softPacking;
-  if (seemedEasy && found->outcome == Outcome::outOfReach) {
+  const bool mayDeform = requested->request.soft && !ready.softPacking && ready.whyFewer.empty();
+  if (mayDeform && found->outcome == Outcome::outOfReach) {
     Ready soft = withSoftCells(requested, output, true);
     if (soft.problem) found = withClearances(ready = std::move(soft), output);
   }

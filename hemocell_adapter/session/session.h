@@ -111,7 +111,7 @@ class Session {
     std::optional<PackingState> softEnd = {};
   };
   /// Deformed cells, if undeformed ones cannot be packed.
-  /// @param deform they could not, although a short search had found some
+  /// @param deform they could not, although a short search had found some, now or in a run that is continued
   Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output,
                       bool deform);
   Packing withClearances(const Ready& ready, const OutputRequest& output);

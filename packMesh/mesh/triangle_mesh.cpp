@@ -199,4 +199,12 @@ std::size_t removeUnusedVertices(TriangleMesh& mesh) {
   return removed;
 }
 
+std::string coordinateFault(const Vec3& v) {
+  if (!v.allFinite()) return " has a coordinate that is not a finite number";
+  int axis = 0;
+  if (v.cwiseAbs().maxCoeff(&axis) <= tolerance::largestCoordinate) return {};
+  return std::string(" has the coordinate ") + axisName[axis] + " = " + toText(v[axis], 3) + ", at most " +
+         toText(tolerance::largestCoordinate, 3) + " is possible; is the file damaged?";
+}
+
 }  // namespace packmesh

@@ -56,13 +56,7 @@ void flip(TriangleMesh& mesh);
 
 /// What is wrong with the coordinates of a vertex, beginning with a blank, to follow its name; empty:
 /// nothing.
-inline std::string coordinateFault(const Vec3& v) {
-  if (!v.allFinite()) return " has a coordinate that is not a finite number";
-  int axis = 0;
-  if (v.cwiseAbs().maxCoeff(&axis) <= tolerance::largestCoordinate) return {};
-  return std::string(" has the coordinate ") + axisName[axis] + " = " + toText(v[axis], 3) + ", at most " +
-         toText(tolerance::largestCoordinate, 3) + " is possible; is the file damaged?";
-}
+std::string coordinateFault(const Vec3& v);
 
 /// Keeps the first of all vertices with equal coordinates, in order of first occurrence.
 /// @return for each input vertex its index among those kept

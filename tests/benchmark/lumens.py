@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packs lumens as users have them, with branches and pockets that no red cell can enter, and prints the table of docs/explanation/lumens.md.
 
-Usage: tests/benchmark/lumens.py [build/bin/packMesh] [--seeds n] [--only name] [--keep folder]
+Usage: tests/benchmark/lumens.py [build/bin/packMesh] [--seeds n] [--only name] [--keep folder] [--small] [--smaller shares]
 
 Surfaces are unions of tapered tubes, boxes and spheres less obstacles, as the zero of a distance on a grid, by surface nets. Needs NumPy.
 
@@ -14,17 +14,23 @@ pillars    a channel with pillars and gaps of 4 to 6 µm
 plates     a channel with oblique plates of 1 µm
 comb       a channel with dead ends 1.5 µm wide
 islands    a tube and closed pockets apart from it
+
+With --smaller, it prints how dense each lumen is packed with each seed when more is asked for than fits, and whether each seed packs each of
+these shares of the densest of them; the exit code is 1 if one does not.
 """
 import argparse
+import json
 import pathlib
 import re
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 
 import numpy as np
 
+ALONE = ["--plt_ratio", "0"]  # red cells only
 HEMATOCRITS = {"network": (0.05, 0.1, 0.15)}
 
 
@@ -66,14 +72,14 @@ def tree(random):
     return pieces
 
 
-def network(random):
-    nodes = random.uniform(0, 60, (14, 3))
+def network(random, count=14, size=60, loops=5):
+    nodes = random.uniform(0, size, (count, 3))
     joined, edges = {0}, []
     while len(joined) < len(nodes):
         _, i, j = min((np.linalg.norm(nodes[i] - nodes[j]), i, j) for i in joined for j in range(len(nodes)) if j not in joined)
         joined.add(j)
         edges.append((i, j))
-    edges += [tuple(random.choice(len(nodes), 2, replace=False)) for _ in range(5)]
+    edges += [tuple(random.choice(len(nodes), 2, replace=False)) for _ in range(loops)]
     return [(nodes[i], nodes[j], *random.uniform(3, 4.5, 2)) for i, j in edges]
 
 
@@ -119,9 +125,13 @@ def islands(points):
     return np.minimum(np.maximum(wide - 11, ends), union(pockets)(points))
 
 
-def lumens(seed):
-    """Name, distance, bounds and spacing of every lumen."""
+def lumens(seed, small=False):
+    """Name, distance, bounds and spacing of every lumen; small: of a network of few branches alone."""
     random = np.random.default_rng(seed)
+    if small:
+        pieces = network(random, 5, 30, 1)
+        yield "network", union(pieces), *around(pieces), 0.7
+        return
     for name, make, spacing in (("tree", tree, 0.8), ("network", network, 0.7)):
         pieces = make(random)
         yield name, union(pieces), *around(pieces), spacing
@@ -195,25 +205,55 @@ def pack(program, file, hematocrit, folder):
     return seconds, float(kept[1]) / 0.05 if kept else 0.0, int(fewer[1]) if fewer else 0, cells
 
 
+def densest(program, file, seed, folder):
+    """The hematocrit of the densest packing that is found with a seed."""
+    report = folder / "report.json"
+    command = [program, "--vessel", file, "1", "--hematocrit", "0.6", *ALONE, "--best-effort", "--seed", str(seed), "--threads", "2", "--output-dir", folder, "--report", report]
+    subprocess.run(command, capture_output=True, text=True, check=False)
+    return json.loads(report.read_text())["hematocrit"][0]["ofLumen"]
+
+
+def smaller_are_packed(program, files, seeds, shares, folder):
+    """Prints a line for each lumen. @return whether each seed packs each share of the densest packing of all seeds"""
+    print("| lumen | densest, by seed | " + " | ".join(f"{share} of the densest" for share in shares) + " |")
+    print("| --- | --- |" + " ---: |" * len(shares), flush=True)
+    right = True
+    for file in files:
+        found = [densest(program, file, seed, folder) for seed in seeds]
+        packed = []
+        for share in shares:
+            command = [program, "--vessel", file, "1", "--hematocrit", str(share * max(found)), *ALONE, "--threads", "2", "--output-dir", folder]
+            runs = [subprocess.run([*command, "--seed", str(seed)], capture_output=True, check=False).returncode for seed in seeds]
+            packed.append(f"{runs.count(0)} of {len(runs)}")
+            right = right and not any(runs)
+        print("|", " | ".join([file.stem, ", ".join(f"{h:.3f}" for h in found), *packed]), "|", flush=True)
+    return right
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", default="build/bin/packMesh")
     parser.add_argument("--seeds", type=int, default=5, help="lumens of each kind, of which each is packed with one seed")
     parser.add_argument("--only", help="lumens whose name contains this")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the surfaces")
+    parser.add_argument("--small", action="store_true", help="networks of few branches alone")
+    parser.add_argument("--smaller", type=float, nargs="+", help="shares of the densest hematocrit")
     options = parser.parse_args()
-    print("| lumen | hematocrit | packed | s, median | s, longest | with the whole clearance | cells that keep less |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or pathlib.Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
         files = {}
         for seed in range(1, options.seeds + 1):
-            for name, *surface in lumens(seed):
+            for name, *surface in lumens(seed, options.small):
                 if options.only and options.only not in name:
                     continue
                 files.setdefault(name, []).append(folder / f"{name}{seed}.stl")
                 write(files[name][-1], surface_nets(*surface))
+        if options.smaller:
+            every = [file for of_name in files.values() for file in of_name]
+            return 0 if smaller_are_packed(options.program, every, range(1, options.seeds + 1), options.smaller, pathlib.Path(temporary) / "out") else 1
+        print("| lumen | hematocrit | packed | s, median | s, longest | with the whole clearance | cells that keep less |")
+        print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
         for name, of_name in files.items():
             for hematocrit in HEMATOCRITS.get(name, (0.1, 0.2, 0.3)):
                 runs = [pack(options.program, file, hematocrit, pathlib.Path(temporary) / "out") for file in of_name]
@@ -221,7 +261,8 @@ def main():
                 less = sum(run[2] for run in packed) / max(1, sum(run[3] for run in packed))
                 print(f"| {name} | {hematocrit} | {len(packed)} of {len(runs)} | {statistics.median(times):.1f} | {max(times):.1f} | "
                       f"{sum(run[1] >= 1 for run in packed)} of {len(runs)} | {100 * less:.1f} % |", flush=True)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

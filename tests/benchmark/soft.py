@@ -18,7 +18,7 @@ import tempfile
 import lumens
 
 CELL = 81.1163  # volume of a red cell [µm³]
-ALONE = ["--plt_ratio", "0"]  # red cells only
+ALONE = lumens.ALONE
 
 
 def vessel(folder, name, seed):

@@ -79,6 +79,14 @@ TEST_CASE("Cells are soft where undeformed ones are found in a short search, but
              Contains("Deformed cells: 44"));
 }
 
+TEST_CASE("A packing of undeformed cells that is continued with --soft ends with soft ones", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran rigid = run(folder.path(), "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
+  REQUIRE(rigid.exitCode == 3);
+  CHECK_THAT(ok(folder, "--restart s.checkpoint.h5 --soft --max-iterations 400").out,
+             Contains("Continuing from s.checkpoint.h5") && Contains("Deformed cells: 63"));
+}
+
 TEST_CASE("Soft cells that cannot be packed within the limits are refused, and it is said why",
           "[executable]") {
   const TemporaryFolder folder;
