@@ -177,11 +177,6 @@ void SoftCells::fillBatches(const std::vector<SoftCell>& cells) {
   }
 }
 
-void SoftCells::unfold(double wallFactor) {
-  narrowWall(wallFactor);
-  stiffening_ = settings_.stiffening;
-}
-
 double SoftCells::scale(std::size_t cell) const {
   return cells_[cell].scale;
 }

@@ -63,9 +63,12 @@ class SoftCells {
   /// not depend on the number of ranks and threads.
   void step();
 
-  /// Makes bending stiff again, as while cells grew, so that sharp folds open, and multiplies the range of the
-  /// wall's barrier by a factor below 1, which gives them room.
-  void unfold(double wallFactor);
+  /// Makes bending stiff again, as while cells grew, so that sharp folds open, and multiplies the range of
+  /// the wall's barrier by a factor below 1, which gives them room.
+  void unfold(double wallFactor) {
+    narrowWall(wallFactor);
+    stiffening_ = settings_.stiffening;
+  }
   /// Of the same range. Pre: before the first step
   void narrowWall(double factor) { settings_.wallRange *= factor; }
 

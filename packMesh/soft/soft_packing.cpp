@@ -45,8 +45,8 @@ constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
-/// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less of
-/// the range of the wall's barrier.
+/// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less
+/// of the range of the wall's barrier.
 constexpr int mostUnfolded = 3;
 constexpr double wallFactor = 0.5;
 /// Where forces or changes stay too large, cells begin elsewhere.
