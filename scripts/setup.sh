@@ -36,7 +36,7 @@ fi
 missing=()
 for package in "${packages[@]}"; do
   status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null) || status=absent
-  [[ $status == installed ]] || missing+=("$package")
+  [[ $status == installed || $status == triggers-* ]] || missing+=("$package")
 done
 if [[ ${#missing[@]} -eq 0 ]]; then
   echo "(packMesh) All ${#packages[@]} packages are installed."
@@ -54,7 +54,7 @@ if [[ $(id -u) -ne 0 ]]; then
 fi
 install() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}"
+    apt-get install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=600 "${missing[@]}"
 }
 # Package lists are fetched only when they are absent or too old to install from.
 if ! apt-cache show "${missing[@]}" &> /dev/null || ! install; then
