@@ -69,7 +69,7 @@ class SoftCells {
     narrowWall(wallFactor);
     stiffening_ = settings_.stiffening;
   }
-  /// Of the same range. Pre: before the first step
+  /// Of the same range; of cells that are continued.
   void narrowWall(double factor) { settings_.wallRange *= factor; }
 
   std::int64_t iterations() const { return iterations_; }

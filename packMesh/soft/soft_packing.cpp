@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/pose.h"
 #include "packMesh/packing/engine.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"

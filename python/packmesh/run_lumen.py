@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Dict, List, Optional, Set, Tuple, Union
 import numpy as np
 
 from packmesh.errors import InputError
-from packmesh.vessel_surface import caps_of
+from packmesh.vessel_surface import caps_of, components
 
 if TYPE_CHECKING:
     from packmesh.hemocell_run import Step
@@ -253,17 +253,10 @@ def _inflow_of(config: str) -> Optional[Tuple[int, int]]:
 
 def _connected(triangles: np.ndarray) -> List[np.ndarray]:
     """Triangles that share vertices, directly or through others."""
-    groups: Dict[int, int] = {}
-
-    def first(vertex: int) -> int:
-        while groups.setdefault(vertex, vertex) != vertex:
-            vertex = groups[vertex]
-        return vertex
-
-    for a, b, c in triangles.tolist():
-        groups[first(b)] = groups[first(c)] = first(a)
-    owners = np.array([first(a) for a in triangles[:, 0].tolist()], int)
-    return [triangles[owners == owner] for owner in np.unique(owners)]
+    if len(triangles) == 0:
+        return []
+    label = components(int(triangles.max()) + 1, triangles[:, [0, 1, 1, 2]].reshape(-1, 2))[triangles[:, 0]]
+    return [triangles[label == part] for part in np.unique(label)]
 
 
 def _ways(inside: np.ndarray, shape: np.ndarray, begin: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ def vessel_of(name: str) -> Vessel:
         facets = _facets(ends)
         if not facets:
             break
-        label = _components(len(vertices), triangles[caps][:, [0, 1, 1, 2]].reshape(-1, 2))
+        label = components(len(vertices), triangles[caps][:, [0, 1, 1, 2]].reshape(-1, 2))
         caps &= ~np.isin(label[triangles[:, 0]], [label[end.outline[0]] for end in facets])
     volume = np.einsum("ij,ij->i", vertices[wall[:, 0]] - vertices[wall[0, 0]],
                        np.cross(vertices[wall[:, 1]] - vertices[wall[0, 0]], vertices[wall[:, 2]] - vertices[wall[0, 0]])).sum()
@@ -122,7 +122,7 @@ def _merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.n
     return points[first], triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _components(count: int, pairs: np.ndarray) -> np.ndarray:
+def components(count: int, pairs: np.ndarray) -> np.ndarray:
     """Of a graph: the lowest number in the component of each node."""
     from packmesh import _packmesh
 
@@ -146,7 +146,7 @@ def _neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray
 def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarray:
     """All on one side. Raises InputError"""
     pairs, against = _neighbors(name, triangles)
-    label = _components(len(triangles), pairs)
+    label = components(len(triangles), pairs)
     parts, sizes = np.unique(label, return_counts=True)
     if len(parts) > 1 and len(triangles) - sizes.max() <= _FRAGMENTS * len(triangles):
         repairs.append(f"{len(triangles) - sizes.max()} triangles that are not connected with the vessel were left out")
@@ -159,7 +159,7 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
         count = len(triangles)
         doubled = np.concatenate([np.column_stack([pairs[:, 0], pairs[:, 1] + count * against]),
                                   np.column_stack([pairs[:, 0] + count, pairs[:, 1] + count * ~against])])
-        turned = _components(2 * count, doubled)[count:] == 0
+        turned = components(2 * count, doubled)[count:] == 0
         if turned[0]:
             raise InputError(f"{name}: has one side only, as a Möbius strip")
         repairs.append(f"{int(turned.sum())} triangles faced the other way")
@@ -181,7 +181,7 @@ def caps_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     pairs, _ = _neighbors("", triangles)
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])
     cosine[(area[pairs] == 0).any(axis=1)] = 1.0  # no normal
-    label = _components(len(triangles), pairs[cosine > _FLAT_STEP])
+    label = components(len(triangles), pairs[cosine > _FLAT_STEP])
     numbers, first, number = np.unique(label, return_index=True, return_inverse=True)
     corners = np.sort(triangles, axis=1)
     border = number[pairs[:, 0]] != number[pairs[:, 1]]

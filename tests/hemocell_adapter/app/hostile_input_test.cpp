@@ -130,6 +130,9 @@ TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {
          loop("RBC.xml")(folder);
        }},
   });
+  const TemporaryFolder folder;
+  CHECK_THAT(run(folder.path(), pack + "--output-dir " + std::string(5000, 'p')).err,
+             Contains(' ' + std::string(150, 'p') + "..." + std::string(141, 'p') + "/RBC.pos: "));
 }
 
 TEST_CASE("Pipes, devices and unreadable files are rejected as input", "[executable]") {
