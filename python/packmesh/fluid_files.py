@@ -28,15 +28,15 @@ def fluid_domain(blocks: Dict[int, str]) -> Optional[Domain]:
     return Domain((low - 0.5) * dx, (high - 0.5) * dx)
 
 
-def flow_rates(blocks: Dict[int, str]) -> Optional[np.ndarray]:
-    """Volume that flows through a cross-section along x, y, z [µm³/s]: mean over all cross-sections, shape (3,). None if no
-    velocities were written. Nodes of walls have velocity 0.
+def flow_rates(blocks: Dict[int, str], part: Optional[Domain] = None) -> Optional[np.ndarray]:
+    """Volume that flows through a cross-section along x, y, z [µm³/s]: mean over all cross-sections, or those of a part (a box), shape (3,). None if
+    no velocities were written. Nodes of walls have velocity 0.
 
     Raises InputError
     """
     total, domain = np.zeros(3), fluid_domain(blocks)
     for path in blocks.values():
-        _, count, dx = _nodes_of(path)
+        first, count, dx = _nodes_of(path)
         with opened(path) as file:
             if "Velocity" not in file:
                 return None
@@ -44,8 +44,16 @@ def flow_rates(blocks: Dict[int, str]) -> Optional[np.ndarray]:
             unit = 1e6 if file.numbers("dxdydz", 3)[0] != 1.0 else dx / file.number("dt")
             if "Boundary" in file:
                 velocity = velocity * (_inside(file, "Boundary", count, 1) == 0)
+        if part is not None:
+            for k in range(3):
+                at = (first[k] + np.arange(count[k])) * dx
+                inside = (at >= part.low[k]) & (at <= part.high[k])
+                velocity = np.compress(inside, velocity, axis=2 - k)
         total += velocity.sum(axis=(0, 1, 2)) * unit * dx ** 3
-    return None if domain is None else total / domain.size
+    if domain is None or part is None:
+        return None if domain is None else total / domain.size
+    planes = np.floor(np.minimum(part.high, domain.high) / dx) - np.ceil(np.maximum(part.low, domain.low) / dx) + 1
+    return total / (np.maximum(planes, 1) * dx)
 
 
 def _inside(file: Group, name: str, count: np.ndarray, columns: int) -> np.ndarray:

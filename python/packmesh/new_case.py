@@ -28,6 +28,7 @@ import numpy as np
 from packmesh import case_folder, command, files
 from packmesh.case_cells import CaseCell, cells_of
 from packmesh.errors import InfeasibleError, InputError, OutputError
+from packmesh.vessel_flow import resistance_of
 from packmesh.vessel_lattice import PlacedVessel, placed
 from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
 from packmesh.vessel_surface import UNITS, Vessel, holes_of, microns, vessel_of
@@ -106,6 +107,7 @@ def new_case(
     drive: Optional[str] = None,
     inlet: Optional[int] = None,
     close: Sequence[int] = (),
+    cut: Sequence[Sequence[float]] = (),
     mirror: bool = False,
     extend: Optional[float] = None,
     velocity: Optional[float] = None,
@@ -127,6 +129,8 @@ def new_case(
     dx: lattice spacing [µm]
     drive: "periodic" (default with two ends) or "inlet" (default otherwise)
     inlet: number of the end where blood flows in (1, the widest); close: numbers of ends that become walls
+    cut: planes that cut off ends, each a point and the direction out of the vessel, (x, y, z, nx, ny, nz), in the unit of the surface: what is
+        beyond, connected with the section nearest to the point, is left out
     mirror: adds the mirror image of a vessel with two ends, which is then periodic
     extend: length of straight parts at the ends, in diameters (0; outlets 1)
     velocity, shear_rate, reynolds: one of the mean velocity [mm/s], the shear rate at the wall [1/s] and the Reynolds number by mean velocity
@@ -140,7 +144,9 @@ def new_case(
     _module()
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{os.fspath(folder)}: exists; expected the name of a folder to be made")
-    vessel = vessel_of(os.fspath(surface))
+    if any(len(plane) != 6 or not np.isfinite(plane).all() or not np.any(plane[3:]) for plane in cut):
+        raise InputError("cut: expected planes of six numbers, a point and a direction (x, y, z, nx, ny, nz)")
+    vessel = vessel_of(os.fspath(surface), cut)
     factor, unit_text = microns(vessel, unit, diameter)
     if profile not in (None, "developed"):
         raise InputError(f"profile: expected 'developed', found {profile!r}; a table belongs in <packing> of the case")
@@ -191,6 +197,9 @@ def _command_of(arguments: Dict[str, Any]) -> str:
         if parameter.kind is parameter.KEYWORD_ONLY and value != parameter.default:
             if name == "cells":
                 value = [os.fspath(file) + ("" if ratio is None else f"={ratio:g}") for file, ratio in value.items()]
+            if name == "cut":
+                words += ["--cut=" + ",".join(f"{number:.12g}" for number in plane) for plane in value]
+                continue
             for one in value if name in ("close", "cells") else [value]:
                 words += ["--" + ("cell" if name == "cells" else name.replace("_", "-")), *([] if one is True else [str(one)])]
     return " ".join(map(shlex.quote, words))
@@ -210,7 +219,7 @@ def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Se
     used = [k for k in range(count) if k not in closed]
     if len(used) < 2:
         raise InputError(f"the surface has {len(used)} ends, openings or flat caps with sharp edges; expected at least two. Cut the vessel by planes "
-                         f"where blood flows in and out, in a mesh editor{_listed(vessel)}")
+                         f"where blood flows in and out, by --cut{_listed(vessel)}")
     drive = drive or ("periodic" if len(used) == 2 or mirror else "inlet")
     if (drive == "periodic" or mirror) and len(used) != 2:
         raise InputError(f"a flow that is periodic along one axis needs two ends, found {len(used)}: --drive inlet feeds one end, --close closes "
@@ -256,18 +265,12 @@ def _flow_of(diameter: float, velocity: Optional[float], shear_rate: Optional[fl
 
 
 def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
-    """The body force along x for the same volume of plasma per time: the resistance of the vessel is that of its sections, as if each were
-    a part of a straight circular tube."""
-    x, areas, centers = shape.sections()
-    along = x[1] - x[0]
-    slope = np.linalg.norm(np.gradient(centers, along, axis=0), axis=1)
-    cosine = 1 / np.hypot(1, slope)
-    across = areas * cosine * 1e-12  # [m²]
-    resistance = (8 * np.pi * _NU * _RHO * along * 1e-6 / cosine / across**2).sum()
-    volume = flow.velocity * np.pi / 4 * (diameter * 1e-6) ** 2
-    radius = np.sqrt(across.min() / np.pi)
-    return dataclasses.replace(flow, force=float(volume * resistance / (shape.size[0] * 1e-6)),
-                               stress=float(4 * _NU * _RHO * volume / (np.pi * radius**3)))
+    """The body force along x for the same volume of plasma per time, as the pressure that it replaces over a period, by the resistance of the
+    vessel's sections; and the largest stress at a wall."""
+    resistance = resistance_of(shape)
+    volume = flow.velocity * np.pi / 4 * diameter**2 * 1e6  # [µm³/s]
+    return dataclasses.replace(flow, force=_NU * _RHO * volume * resistance.total / (shape.nodes[0] * shape.dx * 1e-6),
+                               stress=_NU * _RHO * volume * resistance.largest)
 
 
 def _module() -> Any:
@@ -438,6 +441,8 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--drive", choices=["periodic", "inlet"], help="default: periodic with two ends, inlet with more")
     parser.add_argument("--inlet", type=command.whole(1, 10**6, "a number of an end"), metavar="end", help="where blood flows in (1, the widest)")
     parser.add_argument("--close", type=command.whole(1, 10**6, "a number of an end"), metavar="end", action="append", default=[], help="becomes a wall")
+    parser.add_argument("--cut", type=_plane, metavar="X,Y,Z,NX,NY,NZ", action="append", default=[],
+                        help="cut off an end by the plane through a point across a direction out of the vessel, in the unit of the surface (--cut=-1,...)")
     parser.add_argument("--mirror", action="store_true", help="add the mirror image of a vessel with two ends, which makes it periodic")
     parser.add_argument("--extend", type=command.number(0, 100, "a length in diameters"), metavar="diameters", help="straight parts at the ends (0; outlets 1)")
     flow = parser.add_mutually_exclusive_group()
@@ -458,6 +463,16 @@ def parsed() -> argparse.Namespace:
     words = parser.parse_args()
     words.cells = None if not words.cells else dict(_cell(parser, text) for text in words.cells)
     return words
+
+
+def _plane(text: str) -> Tuple[float, ...]:
+    try:
+        numbers = tuple(map(float, text.split(",")))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 6:
+        raise argparse.ArgumentTypeError(f"expected six numbers, X,Y,Z,NX,NY,NZ, found '{text}'")
+    return numbers
 
 
 def _cell(parser: command.Parser, text: str) -> Tuple[str, Optional[float]]:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Dict, List, Optional, Set, Tuple, Union
 import numpy as np
 
 from packmesh.errors import InputError
+from packmesh.joined_cells import Domain
 from packmesh.vessel_surface import caps_of, components
 
 if TYPE_CHECKING:
     from packmesh.hemocell_run import Step
-    from packmesh.joined_cells import Domain
 
 SAMPLES = 1 << 18  # points in the box around the lumen
 SECTORS_ALONG, SECTORS_AROUND = 6, 12
@@ -74,6 +74,13 @@ class Opening:
     center: np.ndarray
     radius: float
 
+    def within(self, dx: float) -> Domain:
+        """The part of the vessel behind it, a radius long, without its first two planes of nodes, which are those of the boundary."""
+        low, high = self.center - self.radius - dx, self.center + self.radius + dx
+        begin = self.center[self.axis] - self.side * 2 * dx
+        low[self.axis], high[self.axis] = sorted((begin, begin - self.side * max(self.radius, dx)))
+        return Domain(low, high)
+
     def __str__(self) -> str:
         return f"{'xyz'[self.axis]}{'+' if self.side > 0 else '-'} ({', '.join(f'{x:.1f}' for x in self.center)} µm)"
 
@@ -101,6 +108,11 @@ class RunLumen:
         openings = [] if inflow is None else self._openings()
         self.outlets = [end for end in openings if (end.axis, end.side) != inflow]
         self._inlets = [end for end in openings if (end.axis, end.side) == inflow]
+
+    @property
+    def inlet(self) -> Optional[Opening]:
+        """Where a pre-inlet feeds a vessel; None without one, or if it is not known."""
+        return self._inlets[0] if self._inlets else None
 
     @functools.cached_property
     def branches(self) -> Optional["Branches"]:

@@ -250,8 +250,11 @@ class RunAnalysis:
         return ", ".join(words) or "inside"
 
     def _flow(self, step: Step) -> Optional[float]:
-        """[µm³/s]"""
-        rates = flow_rates(step.files("Fluid"))
+        """Along the axis; behind a pre-inlet at the inlet, since branches leave the axis [µm³/s]"""
+        inlet = self.lumen.inlet if self.lumen else None
+        rates = flow_rates(step.files("Fluid"), inlet.within(step.dx) if inlet else None)
+        if rates is not None and inlet:
+            return float(-inlet.side * rates[inlet.axis])
         if rates is None:
             return None
         return float(rates[self.lumen.flow_axis] if self.lumen else rates[np.argmax(np.abs(rates))])

@@ -52,32 +52,6 @@ class PlacedVessel:
         """[µm]"""
         return self.vertices.max(axis=0)
 
-    def sections(self, count: int = 200) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of planes across x: their x [µm], areas [µm²] and centroids (y, z) [µm]."""
-        places = (np.arange(count) + 0.5) / count * self.size[0]
-        areas, centers = np.zeros(count), np.zeros((count, 2))
-        corners = self.vertices[self.triangles]
-        for k, x in enumerate(places):
-            p, q = _cut(corners, x)
-            cross = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-            areas[k] = 0.5 * cross.sum()
-            centers[k] = ((p + q) * cross[:, None]).sum(axis=0) / max(6 * areas[k], 1e-300)
-        return places, areas, centers
-
-
-def _cut(corners: np.ndarray, x: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Begin and end of the segments (y, z) in which triangles meet a plane across x, with the inside to their left seen from +x."""
-    above = corners[:, :, 0] > x
-    some = corners[above.any(axis=1) & ~above.all(axis=1)]
-    above = some[:, :, 0] > x
-    alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
-    rows = np.arange(len(some))
-    a, b, c = some[rows, alone], some[rows, (alone + 1) % 3], some[rows, (alone + 2) % 3]
-    p = a + (b - a) * ((x - a[:, 0]) / (b[:, 0] - a[:, 0]))[:, None]
-    q = a + (c - a) * ((x - a[:, 0]) / (c[:, 0] - a[:, 0]))[:, None]
-    upward = a[:, :1] > x
-    return np.where(upward, p, q)[:, 1:], np.where(upward, q, p)[:, 1:]
-
 
 def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], extend: Tuple[float, float], mirror: bool = False) -> PlacedVessel:
     """factor: from the unit of the vessel to µm; roles: of its ends ("inlet", "outlet", "periodic", "closed"); extend: straight parts at

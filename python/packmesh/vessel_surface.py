@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, List, Optional, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -52,8 +52,8 @@ class Vessel:
     repairs: List[str]
 
 
-def vessel_of(name: str) -> Vessel:
-    """Raises InputError"""
+def vessel_of(name: str, cuts: Sequence[Sequence[float]] = ()) -> Vessel:
+    """cuts: planes that cut off ends, each as a point and the direction out of the vessel, in the unit of the file. Raises InputError"""
     files.require_regular(name)
     repairs: List[str] = []
     points, triangles = _read(name, repairs)
@@ -63,6 +63,8 @@ def vessel_of(name: str) -> Vessel:
     if len(triangles) < 4:
         raise InputError(f"{name}: has {len(triangles)} triangles with an area; expected the surface of a vessel")
     triangles = _oriented(name, triangles, repairs)
+    for plane in cuts:
+        vertices, triangles = _cut_off(name, vertices, triangles, np.array(plane[:3], float), np.array(plane[3:], float))
     used, number = np.unique(triangles, return_inverse=True)
     vertices, triangles = vertices[used], number.reshape(-1, 3)
     caps = caps_of(vertices, triangles)
@@ -129,8 +131,9 @@ def components(count: int, pairs: np.ndarray) -> np.ndarray:
     return _packmesh.components(count, pairs)
 
 
-def _neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Pairs of triangles with a common edge, and whether they run along it in the same direction, as those of one side must not."""
+def neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of triangles with a common edge, whether they run along it in the same direction, as those of one side must not, and the edges,
+    the lower vertex first. Raises InputError"""
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     owner = np.repeat(np.arange(len(triangles)), 3)
     key = np.sort(edges, axis=1)
@@ -140,12 +143,12 @@ def _neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray
         raise InputError(f"{name}: more than two triangles share an edge {int((same[1:] & same[:-1]).sum())} times; expected the surface of one "
                          "vessel (in a mesh editor: Boolean union of its parts, then remove inner faces)")
     one, other = order[:-1][same], order[1:][same]
-    return np.column_stack([owner[one], owner[other]]), edges[one, 0] == edges[other, 0]
+    return np.column_stack([owner[one], owner[other]]), edges[one, 0] == edges[other, 0], key[one]
 
 
 def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarray:
     """All on one side. Raises InputError"""
-    pairs, against = _neighbors(name, triangles)
+    pairs, against, _ = neighbors(name, triangles)
     label = components(len(triangles), pairs)
     parts, sizes = np.unique(label, return_counts=True)
     if len(parts) > 1 and len(triangles) - sizes.max() <= _FRAGMENTS * len(triangles):
@@ -167,6 +170,38 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
     return triangles
 
 
+def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Without what lies beyond a plane and is connected there with the outline in that plane whose middle is nearest to a point. Raises InputError"""
+    height = (vertices - point) @ normal / np.linalg.norm(normal)
+    height[np.abs(height) < _SAME * np.linalg.norm(np.ptp(vertices, axis=0))] = 0.0  # no slender triangles
+    beyond = height > 0
+    pairs, _, edges = neighbors(name, triangles)
+    crossing = beyond[edges[:, 0]] != beyond[edges[:, 1]]
+    if not crossing.any():
+        raise InputError(f"{name}: the plane of --cut at {', '.join(f'{x:g}' for x in point)} does not meet the surface")
+    a, b = edges[crossing].T
+    share = height[a] / (height[a] - height[b])
+    places = vertices[a] + share[:, None] * (vertices[b] - vertices[a])
+    outline = components(len(triangles), pairs[crossing])[pairs[crossing, 0]]
+    numbers, label = np.unique(outline, return_inverse=True)
+    middles = np.column_stack([np.bincount(label, places[:, k]) for k in range(3)]) / np.bincount(label)[:, None]
+    chosen = numbers[np.argmin(np.linalg.norm(middles - point, axis=1))]
+    away = components(len(triangles), pairs[beyond[edges].any(axis=1)])
+    cut = beyond[triangles].any(axis=1) & (away == away[chosen])
+    # What is left of the triangles there: corners beyond the plane become two points of their edges.
+    number = np.where(height[a] == 0, a, np.where(height[b] == 0, b, len(vertices) + np.arange(len(a))))
+    key = {(int(one), int(other)): int(new) for one, other, new in zip(a, b, number)}
+    left: List[Tuple[int, int, int]] = []
+    for corners in triangles[cut & ~beyond[triangles].all(axis=1)].tolist():
+        ring: List[int] = []
+        for one, other in zip(corners, corners[1:] + corners[:1]):
+            ring += [] if beyond[one] else [one]
+            ring += [key[min(one, other), max(one, other)]] if beyond[one] != beyond[other] else []
+        ring = [at for at, following in zip(ring, ring[1:] + ring[:1]) if at != following]
+        left += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
+    return np.concatenate([vertices, places]), np.concatenate([triangles[~cut], np.array(left, int).reshape(-1, 3)])
+
+
 def _normals(vertices: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Unit normals, and areas."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
@@ -178,7 +213,7 @@ def _normals(vertices: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, n
 def caps_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Which triangles are flat, round and end in an edge, shape (T,)."""
     normal, area = _normals(vertices, triangles)
-    pairs, _ = _neighbors("", triangles)
+    pairs, _, _ = neighbors("", triangles)
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])
     cosine[(area[pairs] == 0).any(axis=1)] = 1.0  # no normal
     label = components(len(triangles), pairs[cosine > _FLAT_STEP])

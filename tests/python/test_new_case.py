@@ -11,7 +11,7 @@ import packmesh
 import pytest
 from conftest import SOURCE, write_off
 from forked_commands import output_of
-from packmesh import case_folder, picture, vessel_lattice, vessel_plan, vessel_surface
+from packmesh import case_folder, picture, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
 from write_run import sphere
 
 TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
@@ -171,6 +171,58 @@ def test_ends_are_openings_or_flat_caps(caps, tmp_path):
     assert len(vessel.wall) == 2 * 32 * 24
 
 
+def rounded(path, radius, around=32):
+    """A tube with half balls at its ends."""
+    vertices, triangles = swept(path, radius, (False, False), around)
+    last = around * (len(path) - 1)
+    more, faces = [], []
+    for first, step, center, way in ((0, -1, path[0], path[0] - path[1]), (last, 1, path[-1], path[-1] - path[-2])):
+        ring, way = first + np.arange(around), way / np.linalg.norm(way)
+        for height in (0.4, 0.8, 1.2):
+            n = len(vertices) + sum(map(len, more))
+            more.append(center + np.cos(height) * (vertices[first:first + around] - center) + np.sin(height) * radius * way)
+            for i in range(around):
+                j = (i + 1) % around
+                faces += [(ring[i], ring[j], n + i)[::step], (ring[j], n + j, n + i)[::step]]
+            ring = n + np.arange(around)
+        more.append((center + radius * way)[None])
+        faces += [(ring[i], ring[(i + 1) % around], n + around)[::step] for i in range(around)]
+    return np.concatenate([vertices, *more]), np.concatenate([triangles, np.array(faces)[:, ::-1]])
+
+
+def test_rounded_ends_are_cut_off(tmp_path):
+    """By planes, where they are stated; what lies beyond the same plane elsewhere stays."""
+    half = np.linspace(0, np.pi, 61)
+    path = np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1]  # a U, its ends at x = 0
+    vertices, triangles = rounded(path, 6.0)
+    write_off(tmp_path / "vessel.off", vertices, triangles)
+    assert "has 0 ends" in output_of(["new-case", "vessel.off", "--unit", "um", "--dry-run"], tmp_path, 2)
+    cuts = [(1.0, 29, 0, -1, 0, 0), (2.0, -28, 1, -2, 0, 0)]
+    vessel = vessel_surface.vessel_of(str(tmp_path / "vessel.off"), cuts)
+    assert len(vessel.ends) == 2 and all(end.diameter == pytest.approx(12, rel=0.01) and end.deviation < 1e-9 and not end.was_closed for end in vessel.ends)
+    np.testing.assert_allclose(sorted(end.center.tolist() for end in vessel.ends), [[1, 30, 0], [2, -29.95, 0]], atol=0.1)
+    np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0]] * 2, atol=1e-9)
+    # Only the bend, by the one plane through both legs, and one leg, far from the other one.
+    assert len(vessel_surface.vessel_of(str(tmp_path / "vessel.off"), [(20.0, 22, 0, 1, 0, 0)]).ends) == 2
+    (end,) = vessel_surface.vessel_of(str(tmp_path / "vessel.off"), cuts[:1]).ends
+    assert end.center[1] > 0
+
+
+def test_cut_vessels_become_cases(tmp_path):
+    vertices, triangles = rounded(straight(), 10.0)
+    write_stl(tmp_path / "tube.stl", vertices, triangles)
+    text = output_of(["new-case", "tube.stl", "--unit", "um", "--cut=0,0,0,-1,0,0", "--cut", "60,0,0,1,0,0", "--hematocrit", "0.1"], tmp_path)
+    assert "End 2: periodic, opening, diameter 19.9" in text
+    assert "packmesh new-case tube.stl tube --hematocrit 0.1 --unit um --cut=0,0,0,-1,0,0 --cut=60,0,0,1,0,0\n" in (tmp_path / "tube/README.md").read_text()
+    case = packmesh.new_case(tmp_path / "tube.stl", unit="um", cut=[(0, 0, 0, -1, 0, 0), (60, 0, 0, 1, 0, 0)], hematocrit=0.1)
+    assert case.size[0] == pytest.approx(60, abs=1.1) and len(case.ends) == 2
+    for planes, message in (([(0, 0, 0, 1, 0)], "expected planes of six numbers"), ([(0, 0, 0, 0, 0, 0)], "expected planes of six numbers"),
+                            ([(99, 0, 0, 1, 0, 0)], "the plane of --cut at 99, 0, 0 does not meet the surface")):
+        with pytest.raises(packmesh.InputError, match=message):
+            packmesh.new_case(tmp_path / "tube.stl", unit="um", cut=planes)
+    assert "argument --cut: expected six numbers" in output_of(["new-case", "tube.stl", "--cut", "1,2,3"], tmp_path, 1)
+
+
 def test_fragments_are_left_out(tmp_path):
     vertices, triangles = swept(straight(), 10.0)
     corners, faces = box(1, 1, 1)
@@ -201,9 +253,11 @@ def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
     vessel = vessel_surface.vessel_of(str(tmp_path / "bend.off"))
     shape = vessel_lattice.placed(vessel, 1.0, 0.5, ["periodic", "periodic"], (0, 0), mirror=True)
     require_closed(shape)
-    x, areas, centers = shape.sections(50)
+    of = sections(shape, 50)
+    areas = of.area
+    assert of.plane.tolist() == list(range(50)) and of.parts.tolist() == list(range(51))
     np.testing.assert_allclose(areas, areas[::-1], rtol=1e-9)
-    np.testing.assert_allclose(centers, centers[::-1], atol=1e-9)
+    np.testing.assert_allclose(of.center, of.center[::-1], atol=1e-9)
     assert areas.mean() * shape.size[0] == pytest.approx(volume_of(shape.vertices, shape.triangles), rel=1e-3)
     np.testing.assert_allclose(shape.ends[0].center[1:], shape.ends[1].center[1:], atol=1e-9)
     assert shape.ends[1].center[0] == shape.size[0] == (shape.nodes[0] - 3) * 0.5
@@ -224,9 +278,110 @@ def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
     # The cells of the pre-inlet reach as many planes into the vessel as the envelope has: they have its outline.
     vessel = vessel_surface.vessel_of(str(tmp_path / "case/vessel.stl"))
     shape = vessel_lattice.PlacedVessel(*whole(tmp_path / "case/vessel.stl"), [], 0.5, case.nodes, 0.0, [])
-    x, areas, _ = shape.sections()
-    np.testing.assert_allclose(areas[x < 0.5 * case.particle_envelope + 1], vessel.ends[0].diameter**2 * np.pi / 4, rtol=1e-3)
+    of = sections(shape, 200)
+    np.testing.assert_allclose(of.area[(of.plane + 0.5) / 200 * shape.size[0] < 0.5 * case.particle_envelope + 1], vessel.ends[0].diameter**2 * np.pi / 4, rtol=1e-3)
     assert packmesh.Case(tmp_path / "case/config.xml").forecast().counts == case.counts
+
+
+def sections(shape, count):
+    return vessel_flow.sections_of(shape.vertices, shape.triangles, (np.arange(count) + 0.5) / count * shape.size[0])
+
+
+def enclosed(vertices, triangles, length, dx=0.5):
+    """A closed surface as a vessel at its place."""
+    return vessel_lattice.PlacedVessel(vertices - vertices.min(axis=0), triangles, [], dx, (round(length / dx) + 3, 9, 9), 0.0, [])
+
+
+def of_tube(area, way, period, length):
+    """Resistance of a circular tube of a section, and of the three planes of nodes beyond its end."""
+    return 8 * np.pi * (way + period - length) / area**2
+
+
+def polygon(radius, around=32):
+    return 0.5 * around * np.sin(2 * np.pi / around) * radius**2
+
+
+@pytest.mark.parametrize("path, way", [
+    (straight(), 60),
+    (np.column_stack([np.linspace(0, 60, 61), 8 * np.sin(np.pi * np.linspace(0, 60, 61) / 60) ** 2, np.zeros(61)]), None),
+    (np.column_stack([np.linspace(0, 60, 121), -20 * np.cos(np.pi * np.linspace(0, 60, 121) / 60), np.zeros(121)]), None)], ids=["straight", "arch", "S"])
+def test_the_resistance_of_a_tube_is_that_of_its_way(path, way):
+    """By the law of Hagen and Poiseuille: a pressure, or a force along x, drives as much as along the way, which is longer."""
+    shape = enclosed(*swept(path, 3.0, around=48), path[-1, 0])
+    way = way or np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    found = vessel_flow.resistance_of(shape)
+    length, area = shape.size[0], polygon(3.0, 48)
+    assert found.total == pytest.approx(of_tube(area, way, length + 1.5, length), rel=0.02)
+    assert found.largest == pytest.approx(4 / (np.pi * 3**3), rel=0.03)
+
+
+@pytest.mark.parametrize("size, factor", [((10, 10), 0.4217 / 12), ((30, 10), 0.7899 / 12), ((100, 10), 0.9370 / 12)])
+def test_the_resistance_of_a_channel(size, factor):
+    """Flow rate over µ, the gradient and h³ w of a rectangle by its series (White, Viscous Fluid Flow)."""
+    width, height = size
+    corners, triangles = box(60, width, height)
+    found = vessel_flow.resistance_of(enclosed(corners, triangles, 60.0))
+    assert found.total == pytest.approx(61.5 / (factor * width * height**3), rel=0.13)
+
+
+def fork_of(radii, length, gap=14.0, wide=20.0):
+    """Tubes along x between two chambers 2 µm long, as a grid of cubes of 0.25 µm: closed, its triangles outwards."""
+    edge = 0.25
+    low = np.array([0.0, -gap * len(radii) / 2, -wide / 2])
+    counts = np.rint(np.array([length + 4, gap * len(radii), wide]) / edge).astype(int)
+    x, y, z = (low[k] + (np.arange(counts[k]) + 0.5) * edge for k in range(3))
+    inside = np.zeros(counts, bool)
+    inside[(x < 2) | (x > length + 2)] = True
+    for k, radius in enumerate(radii):
+        inside |= (((y - low[1] - (k + 0.5) * gap)[:, None]**2 + z**2) < radius**2)[None]
+    return cubes(inside, edge)
+
+
+def cubes(inside, edge):
+    """The surface of cubes."""
+    padded = np.pad(inside, 1)
+    corners, quads = [], []
+    for axis in range(3):
+        for side in (0, 1):
+            beyond = np.roll(padded, 1 - 2 * side, axis)
+            at = np.argwhere(padded & ~beyond)
+            u, v = np.eye(3, dtype=int)[(axis + 1) % 3], np.eye(3, dtype=int)[(axis + 2) % 3]
+            start = at + side * np.eye(3, dtype=int)[axis]
+            ring = [start, start + u, start + u + v, start + v]
+            quads.append(np.stack(ring if side else ring[::-1], axis=1))
+    corners, number = np.unique(np.concatenate(quads).reshape(-1, 3), axis=0, return_inverse=True)
+    quads = number.reshape(-1, 4)
+    return corners * edge, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+@pytest.mark.parametrize("radii", [(3.0,), (3.0, 3.0), (3.0, 3.0, 3.0), (4.0, 2.0)])
+def test_branches_are_parallel(radii):
+    """Their conductances add up; as one tube of the common section two would let pass twice as much."""
+    vertices, triangles = fork_of(radii, 60.0)
+    found = vessel_flow.resistance_of(enclosed(vertices, triangles, 64.0))
+    areas = [np.pi * radius**2 for radius in radii]
+    assert found.total == pytest.approx(8 * np.pi * 60 / sum(area**2 for area in areas), rel=0.05)
+    flows = np.array([area**2 for area in areas]) / sum(area**2 for area in areas)
+    assert found.largest == pytest.approx(max(4 * flow / (np.pi * radius**3) for flow, radius in zip(flows, radii)), rel=0.05)
+
+
+def test_a_blind_branch_and_a_pillar():
+    """Nothing flows into a branch that ends; a pillar makes a section narrower."""
+    inside = np.zeros((240, 60, 40), bool)
+    inside[:, :24, :24] = True
+    plain = vessel_flow.resistance_of(enclosed(*cubes(inside, 0.25), 60.0))
+    blind = inside.copy()
+    blind[60:72, 24:44, :12] = True
+    blind[60:160, 44:60, :12] = True  # along x, beside the channel
+    with_branch = vessel_flow.resistance_of(enclosed(*cubes(blind, 0.25), 60.0))
+    assert 0.93 * plain.total < with_branch.total < plain.total
+    pillar = inside.copy()
+    pillar[100:140, 10:14, 10:14] = False
+    shape = enclosed(*cubes(pillar, 0.25), 60.0)
+    of = sections(shape, 200)
+    assert len(of.plane) == 200 and of.area[100] == pytest.approx(35) and of.area[50] == pytest.approx(36)
+    assert of.parts.tolist() == list(range(201))
+    assert vessel_flow.resistance_of(shape).total > plain.total
 
 
 def whole(file):

@@ -235,6 +235,25 @@ def test_outlets_and_branches(fed):
     np.testing.assert_array_equal(branches.of(np.array([middle * [0, 1, 1] + [3, 0, 0], middle * [0, 1, 1] + [40, 0, 0], first - [5, 0, 0], second - [5, 0, 0]])), [0, 0, 1, 2])
 
 
+def test_flow_behind_a_pre_inlet(fed):
+    """It is that at the inlet: farther on, part of it flows along other axes, or has left."""
+    folder, made = fed
+    lumen = RunLumen(str(folder / "config.xml"))
+    (inlet,) = (end for end in made.ends if end["role"] == "inlet")
+
+    def velocity(places):
+        field = np.zeros(places.shape)
+        inside = np.linalg.norm(places[..., 1:] - lumen.inlet.center[1:], axis=-1) < inlet["diameter"] / 2
+        field[..., 0] = inside * np.where(places[..., 0] < 16, 2e-3, 2e-4)
+        return field
+
+    cells = {"RBC": (ball(lumen.inlet.center + [20, 0, 0], 2)[None], TRIANGLES, np.array([1]))}
+    Writer(folder / "flow", nodes=made.nodes, dx=1, dt=made.dt, blocks=(2, 2, 1), periodic=(False,) * 3).write(0, cells, velocity=velocity)
+    (step,) = packmesh.hemocell_output(folder / "flow")
+    found = RunAnalysis(lumen, overlaps=False).analyse(step)["flow"]
+    assert found == pytest.approx(2e3 * np.pi / 4 * inlet["diameter"] ** 2, rel=0.03)
+
+
 def test_cells_leave_at_outlets(fed):
     """Of three cells that disappear one was at an outlet, one came there until the next step, and one was inside."""
     folder, made = fed
