@@ -16,7 +16,7 @@ import numpy as np
 
 from packmesh.errors import InputError
 from packmesh.joined_cells import Domain
-from packmesh.vessel_surface import caps_of, components
+from packmesh.vessel_surface import caps_of, components, merged
 
 if TYPE_CHECKING:
     from packmesh.hemocell_run import Step
@@ -121,24 +121,22 @@ class RunLumen:
 
     def _openings(self) -> List[Opening]:
         """In the order of their faces and centers; none of a surface of which more than two triangles share an edge."""
-        found: List[Opening] = []
-        if self.surface is None:
-            return found
-        vertices, triangles = self.surface
-        try:
-            triangles = triangles[caps_of(vertices, triangles)]
-        except InputError:
-            return found
-        for axis, side in itertools.product(range(3), (-1, 1)):
-            face = (self.low, self.high)[(side + 1) // 2][axis]
-            flat = triangles[np.all(np.abs(vertices[triangles, axis] - face) < _FLAT, axis=1)]
-            ends: List[Opening] = []
-            for part in _connected(flat):
-                points = vertices[np.unique(part)]
-                center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-                ends.append(Opening(axis, side, center, float(np.linalg.norm(points - center, axis=1).max())))
-            found += sorted(ends, key=lambda end: tuple(np.round(end.center, 2)))
+        found = [] if self.surface is None else _openings_of(*self.surface, self.low, self.high)
+        if len(found) < 2 and (surface := self._geometry()) is not None:  # without ends across x the lumen consists of the fluid nodes
+            found = _openings_of(*surface, surface[0].min(axis=0), surface[0].max(axis=0))
         return found
+
+    def _geometry(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
+        """Vertices [µm] and triangles of `<geometry>`, where HemoCell has it. Raises InputError"""
+        from packmesh import _packmesh
+
+        name, axis, spaces = (root_of(self.config).findtext(f"domain/{tag}") or "" for tag in ("geometry", "refDir", "refDirN"))
+        if not name.strip() or axis.strip() not in ("0", "1", "2"):
+            return None
+        points, triangles, _ = _packmesh.read_mesh(os.path.join(os.path.dirname(os.path.abspath(self.config)), name.strip()))
+        vertices, triangles = merged(points, triangles.astype(int))
+        low, size = vertices.min(axis=0), np.ptp(vertices, axis=0)
+        return ((vertices - low) * (float(spaces) / size[int(axis)]) + 1) * self._dx, triangles
 
     @property
     def surface(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
@@ -261,6 +259,25 @@ def _inflow_of(config: str) -> Optional[Tuple[int, int]]:
         return None
     axis, side = stated.pop()
     return "XYZ".index(axis), -1 if side == "neg" else 1
+
+
+def _openings_of(vertices: np.ndarray, triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> List[Opening]:
+    """Flat caps of a surface in the faces of a box."""
+    found: List[Opening] = []
+    try:
+        triangles = triangles[caps_of(vertices, triangles)]
+    except InputError:
+        return found
+    for axis, side in itertools.product(range(3), (-1, 1)):
+        face = (low, high)[(side + 1) // 2][axis]
+        flat = triangles[np.all(np.abs(vertices[triangles, axis] - face) < _FLAT, axis=1)]
+        ends: List[Opening] = []
+        for part in _connected(flat):
+            points = vertices[np.unique(part)]
+            center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+            ends.append(Opening(axis, side, center, float(np.linalg.norm(points - center, axis=1).max())))
+        found += sorted(ends, key=lambda end: tuple(np.round(end.center, 2)))
+    return found
 
 
 def _connected(triangles: np.ndarray) -> List[np.ndarray]:

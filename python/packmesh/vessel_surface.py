@@ -59,7 +59,7 @@ def vessel_of(name: str, cuts: Sequence[Sequence[float]] = ()) -> Vessel:
     points, triangles = _read(name, repairs)
     if points.shape[1] < 3 or not np.isfinite(points).all():
         raise InputError(f"{name}: expected points with three finite coordinates")
-    vertices, triangles = _merged(points, triangles)
+    vertices, triangles = merged(points, triangles)
     if len(triangles) < 4:
         raise InputError(f"{name}: has {len(triangles)} triangles with an area; expected the surface of a vessel")
     triangles = _oriented(name, triangles, repairs)
@@ -114,7 +114,7 @@ def _read(name: str, repairs: List[str]) -> Tuple[np.ndarray, np.ndarray]:
     return points, triangles.astype(int)
 
 
-def _merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Without vertices that are repeated, and triangles that have one twice."""
     low = points.min(axis=0)
     size = float(np.linalg.norm(points.max(axis=0) - low)) or 1.0

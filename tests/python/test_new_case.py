@@ -386,7 +386,7 @@ def test_a_blind_branch_and_a_pillar():
 
 def whole(file):
     """Vertices and triangles, caps included."""
-    return vessel_surface._merged(*vessel_surface._read(str(file), []))
+    return vessel_surface.merged(*vessel_surface._read(str(file), []))
 
 
 def test_outlets_across_other_axes(tmp_path):

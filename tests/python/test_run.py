@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import packmesh
+from packmesh import files
 from packmesh.joined_cells import Domain
 from packmesh.membrane_measures import shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import RunLumen
@@ -233,6 +234,23 @@ def test_outlets_and_branches(fed):
     first, second = (end.center for end in lumen.outlets)
     middle = 0.5 * (first + second)
     np.testing.assert_array_equal(branches.of(np.array([middle * [0, 1, 1] + [3, 0, 0], middle * [0, 1, 1] + [40, 0, 0], first - [5, 0, 0], second - [5, 0, 0]])), [0, 0, 1, 2])
+
+
+def test_outlets_across_other_axes(tmp_path):
+    """The lumen of a vessel without ends across x on both sides consists of the fluid nodes: its ends are those of the surface."""
+    turn, around = np.linspace(0, np.pi / 2, 17), np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rings = np.array([[((30 + 8 * np.cos(b)) * np.sin(a), 30 - (30 + 8 * np.cos(b)) * np.cos(a), 8 * np.sin(b)) for b in around] for a in turn])
+    i, j = np.meshgrid(np.arange(16), np.arange(24), indexing="ij")
+    a, b, c, d = rings[i, j], rings[i, (j + 1) % 24], rings[i + 1, j], rings[i + 1, (j + 1) % 24]
+    wall = np.concatenate([np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, c, b), (b, c, d))])
+    (tmp_path / "quarter.stl").write_bytes(b"".join(files.stl("", wall.tolist())))
+    made = packmesh.new_case(tmp_path / "quarter.stl", tmp_path / "case", unit="um", dx=1, velocity=2, drive="inlet", hematocrit=0.2)
+    (outlet,) = (end for end in made.ends if end["role"] == "outlet")
+    lumen = RunLumen(str(tmp_path / "case/config.xml"))
+    (found,) = lumen.outlets
+    assert (lumen.inlet.axis, lumen.inlet.side) == (0, -1) and "xyz"[found.axis] + "-+"[found.side > 0] == outlet["face"]
+    assert outlet["face"][0] in "yz" and lumen.description.count("fluid nodes")
+    np.testing.assert_allclose(found.center, np.array(outlet["center"]) + 1, atol=0.1)
 
 
 def test_flow_behind_a_pre_inlet(fed):
