@@ -28,7 +28,7 @@ import numpy as np
 from packmesh import case_folder, command, files
 from packmesh.case_cells import CaseCell, cells_of
 from packmesh.errors import InfeasibleError, InputError, OutputError
-from packmesh.vessel_flow import resistance_of
+from packmesh.vessel_flow import Resistance, resistance_of
 from packmesh.vessel_lattice import PlacedVessel, placed
 from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
 from packmesh.vessel_surface import UNITS, Vessel, holes_of, microns, vessel_of
@@ -164,11 +164,12 @@ def new_case(
     if flow.velocity > fastest:
         raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
                          f"at a dx of {dx:g} µm: state a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
-    # HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline.
-    straight = (_envelope_of(flow.stress, kinds, dx) + 4) * dx / first if drive == "inlet" else 0.0
-    shape = placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
+    shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
     if drive == "periodic":
         flow = _driven(flow, first, shape)
+    elif all(end.face == "x+" for end in shape.ends if end.role == "outlet"):  # so that all ways lead along x
+        flow = dataclasses.replace(flow, stress=max(flow.stress, _stress_of(flow, first, resistance_of(shape))))
+        shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
     most = _module().largest_stress
     if flow.stress > most:
         logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
@@ -270,7 +271,18 @@ def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
     resistance = resistance_of(shape)
     volume = flow.velocity * np.pi / 4 * diameter**2 * 1e6  # [µm³/s]
     return dataclasses.replace(flow, force=_NU * _RHO * volume * resistance.total / (shape.nodes[0] * shape.dx * 1e-6),
-                               stress=_NU * _RHO * volume * resistance.largest)
+                               stress=_stress_of(flow, diameter, resistance))
+
+
+def _stress_of(flow: _Flow, diameter: float, resistance: Resistance) -> float:
+    """The largest at a wall [Pa]"""
+    return _NU * _RHO * flow.velocity * np.pi / 4 * diameter**2 * 1e6 * resistance.largest
+
+
+def _shape_of(vessel: Vessel, factor: float, dx: float, roles: List[str], extend: Optional[float], mirror: bool, envelope: int) -> PlacedVessel:
+    """HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline."""
+    straight = (envelope + 4) * dx / (vessel.ends[roles.index("inlet")].diameter * factor) if "inlet" in roles else 0.0
+    return placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
 
 
 def _module() -> Any:
@@ -387,7 +399,8 @@ class _Maker:
         else:
             through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2)
             lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others; plasma passes the "
-                         f"vessel in {through:.3g} ms")
+                         f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa"
+                         + (" (that of the inlet)" if any(end.role == "outlet" and end.face != "x+" for end in shape.ends) else ""))
         lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
                      + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
         lines += [line for line in forecasted.text if line.startswith(("RBC can be in", "Undeformed cells"))]

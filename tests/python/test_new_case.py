@@ -437,6 +437,9 @@ def test_the_narrowest_place_is_that_of_the_widest_way(tmp_path):
     case = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1)
     assert case.narrowest == pytest.approx(10, abs=0.6)
     assert case.stress == pytest.approx(8 * 1.1e-6 * 1025 * case.shear_rate / 8 * 8, rel=0.1)  # half the width, 8 times the shear rate
+    fed = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1, drive="inlet")
+    assert fed.stress == pytest.approx(case.stress, rel=0.02) and fed.particle_envelope == case.particle_envelope > 40
+    assert fed.size[0] > case.size[0] + 0.5 * fed.particle_envelope  # straight as far as HemoCell copies cells
 
 
 def test_palabos_divides_the_lattice_so():
