@@ -11,7 +11,7 @@ from packmesh.vessel_lattice import PlacedVessel
 from packmesh.vessel_surface import components, neighbors
 
 _PLANES = 200
-_LEAST = 1e-15  # least conductance over the largest, so that a part that ends blind has a pressure
+_LEAST = 1e-9  # least conductance over the largest, so that a part that ends blind has a pressure
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
