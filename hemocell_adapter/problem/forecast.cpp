@@ -8,7 +8,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <unordered_map>
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
@@ -43,32 +42,44 @@ constexpr double leastPart = 0.002;
 /// Narrower places are not worth telling [µm]: blood has no smaller vessels.
 constexpr double leastWidth = 2.0;
 
-/// Whether points are near a space.
+/// Whether points are near the parts of a space, by boxes around successive ones, and around those.
 class Nearness {
  public:
-  Nearness(const AccessibleSpace& space, double reach) : reach_(reach) {
-    for (const AccessibleSpace::Part& part : space.parts()) {
-      const Vec3 half = part.half.cast<double>();
-      const GridIndex lo = cellOf(part.centre - half - Vec3::Constant(reach)),
-                      hi = cellOf(part.centre + half + Vec3::Constant(reach));
-      for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
-        for (std::int64_t y = lo[1]; y <= hi[1]; ++y)
-          for (std::int64_t x = lo[0]; x <= hi[0]; ++x)
-            parts_[keyOf({x, y, z})].push_back({part.centre - half, part.centre + half});
+  using Part = AccessibleSpace::Part;
+
+  /// References `parts`, which must outlive it.
+  Nearness(const std::vector<Part>& parts, double reach) : parts_(parts), squaredReach_(reach * reach) {
+    for (std::size_t count = parts.size(); count > 1; count = around_.back().size()) {
+      std::vector<Box> boxes((count + together - 1) / together);
+      for (std::size_t i = 0; i < count; ++i)
+        boxes[i / together].add(around_.empty() ? boxOf(parts[i]) : around_.back()[i]);
+      around_.push_back(std::move(boxes));
     }
   }
-  bool operator()(const Vec3& p) const {
-    const auto found = parts_.find(keyOf(cellOf(p)));
-    return found != parts_.end() &&
-           std::any_of(found->second.begin(), found->second.end(),
-                       [&](const Box& part) { return part.squaredDistance(p) <= reach_ * reach_; });
-  }
+  bool operator()(const Vec3& p) const { return !parts_.empty() && isNear(p, around_.size(), 0); }
 
  private:
-  GridIndex cellOf(const Vec3& p) const { return gridIndex(p, Vec3::Constant(2.0 * reach_)); }
+  static constexpr std::size_t together = 8;
 
-  double reach_;  ///< [µm]
-  std::unordered_map<std::int64_t, std::vector<Box>> parts_;
+  static Box boxOf(const Part& part) {
+    const Vec3 half = part.half.cast<double>();
+    return {part.centre - half, part.centre + half};
+  }
+
+  /// @param height 0: a part, else one of around_[height - 1]
+  bool isNear(const Vec3& p, std::size_t height, std::size_t index) const {
+    const Box box = height == 0 ? boxOf(parts_[index]) : around_[height - 1][index];
+    if (box.squaredDistance(p) > squaredReach_) return false;
+    if (height == 0) return true;
+    const std::size_t below = height == 1 ? parts_.size() : around_[height - 2].size();
+    for (std::size_t i = together * index; i < std::min(below, together * (index + 1)); ++i)
+      if (isNear(p, height - 1, i)) return true;
+    return false;
+  }
+
+  const std::vector<Part>& parts_;
+  double squaredReach_;                   ///< [µm²]
+  std::vector<std::vector<Box>> around_;  ///< around parts, around those boxes, ...
 };
 
 }  // namespace
@@ -129,7 +140,17 @@ const Room& LumenSample::room(int species) {
   return found->second;
 }
 
-Room LumenSample::measured(int s) const {
+const std::vector<double>& LumenSample::apart(int species) {
+  room(species);
+  const auto [found, isNew] = apart_.try_emplace(species);
+  if (const auto& space = spaces_[species]; isNew && space && space->complete())
+    for (const double share : space->apart())
+      if (share >= leastPart) found->second.push_back(share);
+  spaces_.erase(species);
+  return found->second;
+}
+
+Room LumenSample::measured(int s) {
   Room room;
   room.volume = room.effective = volume_;
   if (!wall_) return room;
@@ -145,11 +166,9 @@ Room LumenSample::measured(int s) const {
     physics.container = problem_.lumen.container;
     physics.wallClearance = packed.clearances.wall;
     physics.rotate = problem_.request.rotate;
-    const AccessibleSpace space(physics, 0, problem_.team);
-    if (space.complete()) {
-      for (const double share : space.apart())
-        if (share >= leastPart) room.apart.push_back(share);
-      const auto near = std::make_shared<Nearness>(space, shape.radius());
+    const auto& space = spaces_[s] = std::make_unique<const AccessibleSpace>(physics, 0, problem_.team);
+    if (space->complete()) {
+      const auto near = std::make_shared<Nearness>(space->parts(), shape.radius());
       reaches = [near](const Vec3& p) { return (*near)(p); };
     }
   }
@@ -276,10 +295,10 @@ std::vector<std::string> speciesLines(const Problem& problem, LumenSample& sampl
             room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
       lines.push_back(line);
     }
-    if (room.apart.size() > 1)
+    if (const std::vector<double>& apart = sample.apart(int(s)); apart.size() > 1)
       lines.push_back(fmt::format(
           "{}: the places that they can reach are {} parts, not connected, the largest with {:.3f} of them",
-          species.name, room.apart.size(), room.apart.front()));
+          species.name, apart.size(), apart.front()));
   }
   return lines;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,9 +24,6 @@ struct Room {
     double width;  ///< [µm]
   };
   std::optional<Narrow> narrow;
-  /// Volumes in which centres can be and between which no cell can pass, as far as the resolution of the
-  /// space tells, over their sum; descending. Empty where there is no wall, or one in closed form.
-  std::vector<double> apart;
   std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
 };
 
@@ -37,10 +35,13 @@ class LumenSample {
 
   /// With the demanded clearances. Only for species of which there are cells.
   const Room& room(int species);
+  /// Volumes in which centres can be and between which no cell can pass, as far as the resolution of the
+  /// space tells, over their sum; descending. Empty where there is no wall, or one in closed form.
+  const std::vector<double>& apart(int species);
 
  private:
   void draw();
-  Room measured(int species) const;
+  Room measured(int species);
   void drawFromBounds(const Box& bounds);
   void drawFrom(const AccessibleSpace& cover);
 
@@ -51,6 +52,8 @@ class LumenSample {
   std::vector<double> distances_;    ///< of them to wall_ [µm]; those far from it by interpolation
   double interpolationError_ = 0.0;  ///< distances are less by this at most, in the middle of a lumen [µm]
   std::map<int, Room> rooms_;
+  std::map<int, std::unique_ptr<const AccessibleSpace>> spaces_;  ///< of the rooms, unless apart() is known
+  std::map<int, std::vector<double>> apart_;
 };
 
 /// Estimates calibrated on measurements (docs/explanation/forecast.md).

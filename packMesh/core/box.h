@@ -34,6 +34,10 @@ struct Box {
   }
   /// Squared distance from the box to a point [µm²]; 0 inside.
   double squaredDistance(const Vec3& p) const { return (p - p.cwiseMax(lo).cwiseMin(hi)).squaredNorm(); }
+  /// The same to another box; 0 if they meet.
+  double squaredDistance(const Box& other) const {
+    return (lo - other.hi).cwiseMax(other.lo - hi).cwiseMax(0.0).squaredNorm();
+  }
   Vec3 center() const { return 0.5 * (lo + hi); }
   Vec3 size() const { return hi - lo; }
   double volume() const { return empty() ? 0.0 : size().prod(); }
@@ -57,6 +61,12 @@ inline GridIndex gridIndex(const Vec3& p, const Vec3& edge) {
 inline std::int64_t keyOf(const GridIndex& cell) {
   constexpr std::int64_t range = std::int64_t(1) << 21;
   return (cell[2] * range + cell[1]) * range + cell[0];
+}
+
+/// The cell of a key without negative indices.
+inline GridIndex cellOfKey(std::int64_t key) {
+  constexpr std::int64_t range = std::int64_t(1) << 21;
+  return {key % range, key / range % range, key / range / range};
 }
 
 }  // namespace packmesh

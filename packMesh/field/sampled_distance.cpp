@@ -75,14 +75,41 @@ BrickView SampledDistance::view() const {
           [](const SampledDistance& sampled, int index) { sampled.brick(index); }};
 }
 
+/// A point in its cell, and what is interpolated there.
+struct SampledDistance::Place {
+  GridCell cell;
+  Trilinear<double> at;
+
+  Place(const SampledDistance& field, const Vec3& p)
+      : cell(cellOf(field, p)), at(interpolated(field, cell)) {}
+
+  double distance(double spacing) const {
+    return spacing / BrickView::stepsPerSpacing * at.value - spacing * cell.beyond.lpNorm<1>();
+  }
+
+ private:
+  static GridCell cellOf(const SampledDistance& field, const Vec3& p) {
+    const int(&count)[3] = field.bricks_.count();
+    return GridCell(field.nodeOf(p),
+                    {BrickView::cells * count[0], BrickView::cells * count[1], BrickView::cells * count[2]});
+  }
+  static Trilinear<double> interpolated(const SampledDistance& field, const GridCell& cell) {
+    const std::int16_t* low =
+        field.brick(BrickView::brickOf(cell.node, field.bricks_.count())) + BrickView::placeOf(cell.node);
+    return cell.interpolate(BrickView::row, BrickView::slab, [&](std::size_t n) { return low[n]; });
+  }
+};
+
+double SampledDistance::distance(const Vec3& p) const {
+  return Place(*this, p).distance(spacing_);
+}
+
 DistanceSample SampledDistance::sample(const Vec3& p) const {
-  const int(&count)[3] = bricks_.count();
-  const GridCell cell(
-      nodeOf(p), {BrickView::cells * count[0], BrickView::cells * count[1], BrickView::cells * count[2]});
-  const std::int16_t* low = brick(BrickView::brickOf(cell.node, count)) + BrickView::placeOf(cell.node);
-  const auto at = cell.interpolate(BrickView::row, BrickView::slab, [&](std::size_t n) { return low[n]; });
+  const Place place(*this, p);
+  const GridCell& cell = place.cell;
+  const Trilinear<double>& at = place.at;
   DistanceSample result;
-  result.distance = spacing_ / BrickView::stepsPerSpacing * at.value - spacing_ * cell.beyond.lpNorm<1>();
+  result.distance = place.distance(spacing_);
   result.gradient = Vec3(at.slope) / BrickView::stepsPerSpacing;
   for (int k = 0; k < 3; ++k)
     if (cell.beyond[k] != 0.0) result.gradient[k] = cell.beyond[k] < 0.0 ? 1.0 : -1.0;

@@ -158,6 +158,8 @@ class SampledDistance {
   SampledDistance& operator=(const SampledDistance&) = delete;
 
   DistanceSample sample(const Vec3& p) const;
+  /// The same without its gradient [µm].
+  double distance(const Vec3& p) const;
 
   double spacing() const { return spacing_; }
   /// Grid coordinates: bricks begin at integer multiples of BrickView::cells.
@@ -165,6 +167,7 @@ class SampledDistance {
   BrickView view() const;
 
  private:
+  struct Place;
   const std::int16_t* brick(int index) const;
 
   const DistanceSource& source_;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "packMesh/core/poll.h"
 #include "packMesh/core/tolerances.h"
@@ -132,12 +131,9 @@ constexpr int lanes = 16;
 /// Points along the edge of a block that is searched as a whole.
 constexpr int blockEdge = 5;
 
-/// Blocks with at most this many points are not subdivided.
-constexpr int smallBlock = 16;
-
-/// A block with more candidates for the nearest triangle than the first is subdivided; with at most as many
-/// as the second, its parts are not searched separately.
-constexpr int mostNear = 4000, fewCandidates = 6;
+/// A block is subdivided if, for all that its middle tells, more triangles can be nearest. They are at least
+/// one of so many of those.
+constexpr int mostNear = 4000, fewestOfNear = 8;
 
 /// Upper bound of the error of distances from squared distances in floats [µm].
 constexpr float roundingOfFloats = 1e-4f;
@@ -153,14 +149,87 @@ struct Block {
   int points() const { return count[0] * count[1] * count[2]; }
 
   /// Half `k` of the block along `axis`.
-  Block half(int axis, int k) const {
-    Block part = *this;
-    const int low = (count[axis] + 1) / 2;
-    part.first[axis] += k * low;
-    part.count[axis] = k == 0 ? low : count[axis] - low;
-    return part;
+  Block half(int axis, int k) const { return part(axis, (count[axis] + 1) / 2, k); }
+
+  /// The points below (0) or from (1) the `low`-th on.
+  Block part(int axis, int low, int k) const {
+    Block out = *this;
+    out.first[axis] += k * low;
+    out.count[axis] = k == 0 ? low : count[axis] - low;
+    return out;
   }
 };
+
+/// How blocks are cut into the fewest parts of at most `lanes` points, and of these the most compact ones.
+class Cuts {
+ public:
+  struct Cut {
+    int axis, low;  ///< Block::part(); low = 0: none
+    double cost;    ///< of the parts
+  };
+
+  Cuts() {
+    constexpr double perPart = 1e4;
+    for (int x = 1; x <= blockEdge; ++x)
+      for (int y = 1; y <= blockEdge; ++y)
+        for (int z = 1; z <= blockEdge; ++z) {
+          const int count[3] = {x, y, z};
+          Cut& best = of(count);
+          best = {0, 0, std::numeric_limits<double>::infinity()};
+          if (x * y * z <= lanes) {
+            best.cost = perPart + (x - 1) * (x - 1) + (y - 1) * (y - 1) + (z - 1) * (z - 1);
+            continue;
+          }
+          for (int axis = 0; axis < 3; ++axis)
+            for (int low = 1; low < count[axis]; ++low) {
+              int part[2][3] = {{x, y, z}, {x, y, z}};
+              part[0][axis] = low;
+              part[1][axis] = count[axis] - low;
+              const double cost = of(part[0]).cost + of(part[1]).cost;
+              if (cost < best.cost) best = {axis, low, cost};
+            }
+        }
+  }
+
+  const Cut& of(const int (&count)[3]) const { return cuts_[count[0] - 1][count[1] - 1][count[2] - 1]; }
+
+ private:
+  Cut& of(const int (&count)[3]) { return cuts_[count[0] - 1][count[1] - 1][count[2] - 1]; }
+
+  Cut cuts_[blockEdge][blockEdge][blockEdge];
+};
+
+/// A disc around a triangle, about the middle of its longest edge or about its centroid.
+TriangleDisc discAround(const TriangleMesh& mesh, int triangle, const float (&normal)[3]) {
+  const Vec3* corner[3];
+  for (int k = 0; k < 3; ++k) corner[k] = &mesh.corner(triangle, k);
+  const auto radiusAbout = [&](const Vec3& center) {
+    double squared = 0.0;
+    for (const Vec3* c : corner) squared = std::max(squared, (*c - center).squaredNorm());
+    return std::sqrt(squared);
+  };
+  Vec3 center = (*corner[0] + *corner[1] + *corner[2]) / 3.0;
+  double radius = radiusAbout(center);
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 middle = 0.5 * (*corner[k] + *corner[(k + 1) % 3]);
+    if (const double about = radiusAbout(middle); about < radius) center = middle, radius = about;
+  }
+  double half = 0.0;
+  for (const Vec3* c : corner) {
+    double height = 0.0;
+    for (int k = 0; k < 3; ++k) height += double(normal[k]) * ((*c)[k] - center[k]);
+    half = std::max(half, std::abs(height));
+  }
+  TriangleDisc disc;
+  for (int k = 0; k < 3; ++k) {
+    disc.center[k] = center[k];
+    disc.normal[k] = normal[k];
+  }
+  constexpr double rounding = 1e-6;  // some of single precision
+  disc.radius = static_cast<float>((1.0 + rounding) * radius);
+  disc.half = static_cast<float>(half + rounding * radius);
+  return disc;
+}
 
 }  // namespace
 
@@ -235,26 +304,31 @@ class SignedDistances::Search {
       });
       return;
     }
-    const double furthest = atMiddle.distance + 2.0 * radius + tolerance::culling;
+    // Distances from a triangle are largest at a corner of the box.
+    double furthest = 0.0;
+    for (int c = 0; c < 8; ++c)
+      furthest = std::max(furthest, surface_.onTriangle(hint_, cornerOf(box, c)).distance);
     near_.clear();
-    surface_.forEachNear(middle, furthest, [&](int t) {
+    surface_.forEachNear(box, furthest + tolerance::culling, [&](int t) {
       near_.push_back(t);
       return static_cast<int>(near_.size()) <= mostNear;
     });
-    if (static_cast<int>(near_.size()) > mostNear) {
+    int fromMiddle = static_cast<int>(near_.size());
+    if (fewestOfNear * fromMiddle > mostNear && fromMiddle <= mostNear) {
+      fromMiddle = 0;
+      surface_.forEachNear(middle, atMiddle.distance + 2.0 * radius + tolerance::culling,
+                           [&](int) { return ++fromMiddle <= mostNear; });
+    }
+    if (fromMiddle > mostNear) {
       forEachPart(block, [&](const Block& part) { search(part); });
       return;
     }
-    middle_ = middle;
-    facts_.clear();
-    for (const int t : near_) {
-      facts_.push_back(all_.facts_[t]);
-      for (int c = 0; c < 3; ++c) {
-        const Vec3 corner = surface_.corner(t, c) - middle;
-        for (int k = 0; k < 3; ++k) facts_.back().corner[c][k] = static_cast<float>(corner[k]);
-      }
-    }
+    setOrigin(middle, radius);
     compareParts(block);
+  }
+
+  static Vec3 cornerOf(const Box& box, int c) {
+    return {(c & 1 ? box.hi : box.lo).x(), (c & 2 ? box.hi : box.lo).y(), (c & 4 ? box.hi : box.lo).z()};
   }
 
   template <class Visit>
@@ -265,66 +339,84 @@ class SignedDistances::Search {
     }
   }
 
-  /// For each part of a block only some of the block's candidates can be nearest.
+  /// Sets the candidates' discs relative to the middle of the block of this radius.
+  void setOrigin(const Vec3& middle, double radius) {
+    const std::size_t count = near_.size(), padded = (count + lanes - 1) / lanes * lanes;
+    constexpr float farAway = 1e15f;
+    middle_ = middle;
+    for (std::vector<float>* along : {&centers_[0], &centers_[1], &centers_[2]})
+      along->assign(padded, farAway);
+    radii_.assign(padded, 0.0f);
+    scratch_.resize(padded);
+    place_.assign(count, -1);
+    facts_.clear();
+    double extent = 0.0;
+    for (std::size_t c = 0; c < count; ++c) {
+      const TriangleDisc& disc = all_.discs_[near_[c]];
+      double squared = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        const double from = disc.center[k] - middle[k];
+        centers_[k][c] = static_cast<float>(from);
+        squared += from * from;
+      }
+      radii_[c] = disc.radius;
+      extent = std::max(extent, std::sqrt(squared) + double(disc.radius));
+    }
+    slack_ = static_cast<float>(searchSlack(extent + radius));
+  }
+
+  /// The facts of a candidate, relative to the middle of the block.
+  const TriangleFacts& factsOf(int candidate) {
+    int& place = place_[candidate];
+    if (place >= 0) return facts_[place];
+    place = static_cast<int>(facts_.size());
+    const int t = near_[candidate];
+    facts_.push_back(all_.facts_[t]);
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 corner = surface_.corner(t, c) - middle_;
+      for (int k = 0; k < 3; ++k) facts_.back().corner[c][k] = static_cast<float>(corner[k]);
+    }
+    return facts_.back();
+  }
+
   void compareParts(const Block& block) {
-    const int candidates = static_cast<int>(facts_.size());
-    if (candidates <= fewCandidates || block.points() <= smallBlock) {
-      chosen_.resize(candidates);
-      std::iota(chosen_.begin(), chosen_.end(), 0);
-      compare(block);
-      return;
-    }
-    Block parts[8];
-    PointLanes middles{};
-    float radius[8], nearest[8];
-    int count = 0;
-    forEachPart(block, [&](const Block& part) {
-      const Box box = boxOf(part);
-      setLane(middles, count, box.center());
-      radius[count] = static_cast<float>(0.5 * box.size().norm());
-      nearest[count] = 1e30f;
-      parts[count++] = part;
-    });
-    toParts_.resize(lanes * candidates);
-    all_.kernels_.distances(middles, facts_.data(), candidates, toParts_.data());
-    for (int c = 0; c < candidates; ++c)
-      for (int p = 0; p < count; ++p) nearest[p] = std::min(nearest[p], toParts_[lanes * c + p]);
-    for (int p = 0; p < count; ++p) {
-      const float furthest = std::sqrt(nearest[p]) + 2.0f * radius[p] + roundingOfFloats;
-      chosen_.clear();
-      for (int c = 0; c < candidates; ++c)
-        if (toParts_[lanes * c + p] <= furthest * furthest) chosen_.push_back(c);
-      compare(parts[p]);
-    }
+    static const Cuts cuts;
+    const Cuts::Cut& cut = cuts.of(block.count);
+    if (cut.low == 0) return compare(block);
+    for (const int k : {0, 1}) compareParts(block.part(cut.axis, cut.low, k));
   }
 
-  void setLane(PointLanes& points, int lane, const Vec3& p) const {
-    const Vec3 from = p - middle_;
-    points.x[lane] = static_cast<float>(from.x());
-    points.y[lane] = static_cast<float>(from.y());
-    points.z[lane] = static_cast<float>(from.z());
-  }
-
+  /// Pre: at most `lanes` points
   void compare(const Block& block) {
     std::size_t index[lanes];
-    PointLanes points{};
+    PointLanes points;
     int used = 0;
-    const auto compareLanes = [&] {
-      float squared[lanes], nearest[lanes];
-      all_.kernels_.nearest(points, facts_.data(), chosen_.data(), static_cast<int>(chosen_.size()), squared,
-                            nearest);
-      for (int lane = 0; lane < used; ++lane) {
-        distance_[index[lane]] = std::sqrt(squared[lane]);
-        nearest_[index[lane]] = near_[chosen_[static_cast<int>(nearest[lane])]];
-      }
-      used = 0;
+    const auto setLane = [&](int lane, const Vec3& p) {
+      const Vec3 from = p - middle_;
+      points.x[lane] = static_cast<float>(from.x());
+      points.y[lane] = static_cast<float>(from.y());
+      points.z[lane] = static_cast<float>(from.z());
     };
     forEach(block, [&](std::size_t n, const Vec3& p) {
-      setLane(points, used, p);
+      setLane(used, p);
       index[used++] = n;
-      if (used == lanes) compareLanes();
     });
-    if (used > 0) compareLanes();
+    for (int lane = used; lane < lanes; ++lane)
+      setLane(lane, position(block.first[0], block.first[1], block.first[2]));
+    float squared[lanes], nearest[lanes];
+    all_.kernels_.nearest(
+        points,
+        {centers_[0].data(), centers_[1].data(), centers_[2].data(), radii_.data(), near_.data(),
+         all_.discs_.data(), static_cast<int>(near_.size())},
+        slack_, scratch_.data(),
+        [](void* search, int candidate) -> const TriangleFacts& {
+          return static_cast<Search*>(search)->factsOf(candidate);
+        },
+        this, squared, nearest);
+    for (int lane = 0; lane < used; ++lane) {
+      distance_[index[lane]] = std::sqrt(squared[lane]);
+      nearest_[index[lane]] = near_[static_cast<int>(nearest[lane])];
+    }
   }
 
   /// The surface passes between neighbours on different sides: the sum of their distances from it is at most
@@ -364,19 +456,23 @@ class SignedDistances::Search {
   std::size_t slab_;
   std::vector<int> nearest_;
   int hint_ = -1;
-  std::vector<int> near_;             ///< candidates: triangles that can be nearest in a block
-  Vec3 middle_;                       ///< origin of their coordinates
-  std::vector<TriangleFacts> facts_;  ///< of the candidates
-  std::vector<int> chosen_;           ///< chosen candidates
-  std::vector<float> toParts_;        ///< squared distances of candidates from the centres of parts
+  std::vector<int> near_;                  ///< candidates: triangles that can be nearest in a block
+  Vec3 middle_;                            ///< of that block, the origin of their coordinates
+  std::vector<float> centers_[3], radii_;  ///< see NearDiscs
+  float slack_ = 0.0f;                     ///< searchSlack()
+  std::vector<float> scratch_;
+  std::vector<int> place_;            ///< of each candidate in facts_; -1: none
+  std::vector<TriangleFacts> facts_;  ///< of the candidates that were asked for
 };
 
 SignedDistances::SignedDistances(const TriangleMesh& mesh)
     : surface_(mesh), kernels_(triangleKernels(chosenInstructionSet())) {
   facts_.reserve(mesh.triangles.size());
+  discs_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     pollAt(t);
     facts_.push_back(factsOf(mesh, static_cast<int>(t)));
+    discs_.push_back(discAround(mesh, static_cast<int>(t), facts_.back().normal));
   }
 }
 

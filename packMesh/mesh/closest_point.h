@@ -94,6 +94,11 @@ class ClosestPoint {
   void forEachNear(const Vec3& p, double distance, Visit&& visit) const {
     tree_.visitNearer(p, distance * distance, [&](int t) { return visit(t) ? distance * distance : -1.0; });
   }
+  /// The same of a box.
+  template <class Visit>
+  void forEachNear(const Box& box, double distance, Visit&& visit) const {
+    tree_.forEachWithin(box, distance, visit);
+  }
 
   /// Unit pseudonormal at the nearest point.
   Vec3 normal(const Nearest& nearest) const {
@@ -164,13 +169,7 @@ class DiscSearch {
   bool resolves(double length) const { return slackAt(2.0 * tree_.reach) < length * length; }
 
  private:
-  /// Distances d from triangles have errors e of up to 16 roundings of floats of the size of the coordinates:
-  /// twice the error of d², 4 d e + 2 e², is less than searchGrowth d² + this [µm²].
-  double slackAt(double distanceFromOrigin) const {
-    constexpr double sixteenRoundings = 1e-6;
-    const double error = sixteenRoundings * (distanceFromOrigin + tree_.reach);
-    return (4.0 / searchGrowth + 2.0) * error * error;
-  }
+  double slackAt(double distanceFromOrigin) const { return searchSlack(distanceFromOrigin + tree_.reach); }
 
   const MeshTree& tree_;
   const ClosestPoint& surface_;
@@ -199,6 +198,7 @@ class SignedDistances {
 
   ClosestPoint surface_;
   std::vector<TriangleFacts> facts_;  ///< of all triangles; the corners are set during a search
+  std::vector<TriangleDisc> discs_;   ///< around all triangles
   TriangleKernels kernels_;
 };
 

@@ -74,14 +74,32 @@ struct PointLanes {
   float x[16], y[16], z[16];
 };
 
-/// For each point the squared distance to the nearest of the triangles `chosen[0 ... count - 1]`, and the
-/// index of that triangle in `chosen`.
-using NearestTriangles = void (*)(const PointLanes& points, const TriangleFacts* triangles, const int* chosen,
-                                  int count, float (&squared)[16], float (&nearest)[16]);
+/// A triangle lies within `radius` of the centre and at most `half` from the plane through it [µm].
+struct TriangleDisc {
+  double center[3];
+  float normal[3], radius, half;
+};
 
-/// Squared distances of the points to each of `count` triangles, 16 floats per triangle.
-using TriangleDistances = void (*)(const PointLanes& points, const TriangleFacts* triangles, int count,
-                                   float* squared);
+/// Candidates for the nearest triangles of points.
+struct NearDiscs {
+  /// Centres, relative to the origin of the points, and radii of their discs. After the last candidate, so
+  /// many that are far away that all are a multiple of sixteen.
+  const float *x, *y, *z, *radius;
+  const int* triangles;       ///< indices of the candidates
+  const TriangleDisc* discs;  ///< of all triangles
+  int count;
+};
+
+/// The facts of a candidate, relative to the origin of the points; valid until the next call.
+using CandidateFacts = const TriangleFacts& (*)(void* context, int candidate);
+
+/// For each point the squared distance to the nearest candidate, and the index of that candidate. Asks only
+/// for the facts of those that may be nearest.
+/// @param slack [µm²]
+/// @param scratch as many floats as centres
+using NearestTriangles = void (*)(const PointLanes& points, const NearDiscs& near, float slack,
+                                  float* scratch, CandidateFacts factsOf, void* context, float (&squared)[16],
+                                  float (&nearest)[16]);
 
 /// Examines triangles that may be nearest to a point k: those with squared[16 t + k] <= limits[k], where
 /// `limits` may be lowered.
@@ -90,6 +108,14 @@ using ExamineNear = void (*)(void* context, const int* triangles, const float* s
 
 /// Squared distances d² from triangles have errors of less than half of searchGrowth d² + slack.
 inline constexpr float searchGrowth = 2e-5f;
+
+/// That slack where coordinates are up to `extent` [µm²]: distances d have errors e of up to 16 roundings of
+/// floats of this size; twice the error of d², 4 d e + 2 e², is less than searchGrowth d² + this.
+constexpr double searchSlack(double extent) {
+  constexpr double sixteenRoundings = 1e-6;
+  const double error = sixteenRoundings * extent;
+  return (4.0 / searchGrowth + 2.0) * error * error;
+}
 
 /// Calls `examine` with all triangles that may be nearest to a point k and nearer than the root of limits[k].
 /// @param slack [µm²]
@@ -100,7 +126,6 @@ using SearchNear = void (*)(const PointLanes& points, const DiscQuad* quads, con
 
 struct TriangleKernels {
   NearestTriangles nearest;
-  TriangleDistances distances;
   SearchNear search;
 };
 

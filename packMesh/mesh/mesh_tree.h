@@ -104,6 +104,26 @@ class TriangleTree {
     }
   }
 
+  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `box` than `distance` [µm], until
+  /// `visit` returns false.
+  template <class Visit>
+  void forEachWithin(const Box& box, double distance, Visit&& visit) const {
+    const double squared = distance * distance;
+    int stack[64], top = 0;
+    if (!nodes_.empty()) stack[top++] = 0;
+    while (top > 0) {
+      const Node& node = nodes_[stack[--top]];
+      if (!(node.box.squaredDistance(box) < squared)) continue;
+      if (node.count == 0) {
+        stack[top++] = node.first;
+        stack[top++] = node.first + 1;
+      } else {
+        for (int e = node.first; e < node.first + node.count; ++e)
+          if (boxes_[e].squaredDistance(box) < squared && !visit(order_[e])) return;
+      }
+    }
+  }
+
   /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than the bound, roughly in
   /// ascending order of distance. `visit` returns the new bound (squared [µm²]); `bound` is the initial one.
   template <class Visit>

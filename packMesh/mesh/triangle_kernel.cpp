@@ -27,39 +27,106 @@ inline Lanes squaredDistance(const Point& p, const TriangleFacts& t) {
   return select(splat(0.0f) < inside, height * height, toEdge);
 }
 
-void nearestTriangles(const PointLanes& points, const TriangleFacts* triangles, const int* chosen, int count,
-                      float (&squared)[16], float (&nearest)[16]) {
-  const Point p{load(points.x), load(points.y), load(points.z)};
-  Lanes best = splat(1e30f), which = splat(0.0f);
-  for (int c = 0; c < count; ++c) {
-    const Lanes square = squaredDistance(p, triangles[chosen[c]]);
-    which = select(square < best, splat(static_cast<float>(c)), which);
-    best = smaller(square, best);
-  }
-  store(best, squared);
-  store(which, nearest);
-}
-
-void triangleDistances(const PointLanes& points, const TriangleFacts* triangles, int count, float* squared) {
-  const Point p{load(points.x), load(points.y), load(points.z)};
-  for (int c = 0; c < count; ++c) store(squaredDistance(p, triangles[c]), squared + laneCount * c);
-}
-
 /// Upper bound of the error of squared distances from a disc, relative to the squared distance from its
 /// centre: about thirty roundings.
 constexpr float discRounding = 2e-6f;
 
 /// A lower bound of the squared distances from a disc: it is between two planes and, along them, within its
 /// radius.
-inline Lanes squaredFromDisc(const Point& p, const FourDiscs& discs, int k) {
-  const Point from{p.x - discs.center[0][k], p.y - discs.center[1][k], p.z - discs.center[2][k]};
-  const float normal[3] = {discs.normal[0][k], discs.normal[1][k], discs.normal[2][k]};
+/// @param from its centre
+inline Lanes squaredFromDisc(const Point& from, const float (&normal)[3], float radius, float half) {
   const Lanes none = splat(0.0f), along = dot(from, normal);
   const Lanes length2 = from.x * from.x + from.y * from.y + from.z * from.z;
   const Lanes across2 = larger(length2 - along * along, none);
-  const Lanes height = larger(magnitude(along) - discs.half[k], none),
-              beyond = larger(squareRoot(across2) - discs.radius[k], none);
+  const Lanes height = larger(magnitude(along) - half, none),
+              beyond = larger(squareRoot(across2) - radius, none);
   return height * height + beyond * beyond - discRounding * length2;
+}
+
+inline Lanes squaredFromDisc(const Point& p, const FourDiscs& discs, int k) {
+  const float normal[3] = {discs.normal[0][k], discs.normal[1][k], discs.normal[2][k]};
+  return squaredFromDisc({p.x - discs.center[0][k], p.y - discs.center[1][k], p.z - discs.center[2][k]},
+                         normal, discs.radius[k], discs.half[k]);
+}
+
+constexpr unsigned allLanes = (1u << laneCount) - 1;
+
+inline bool anyWithin(const Lanes& squared, const Lanes& limit) {
+  return bitsWhereLess(limit, squared) != allLanes;
+}
+
+inline Lanes withSlack(const Lanes& squared, float slack) {
+  return (1.0f + searchGrowth) * squared + slack;
+}
+
+/// Squared distances from a box to sixteen points.
+struct PointsBox {
+  Lanes center[3], half[3];
+
+  explicit PointsBox(const Point& p) {
+    const Lanes* along[3] = {&p.x, &p.y, &p.z};
+    for (int k = 0; k < 3; ++k) {
+      const float lo = smallest(*along[k]), hi = largest(*along[k]);
+      center[k] = splat(0.5f * (lo + hi));
+      half[k] = splat(0.5f * (hi - lo));
+    }
+  }
+  Lanes squaredDistance(const Point& to) const {
+    const Lanes* along[3] = {&to.x, &to.y, &to.z};
+    Lanes sum = splat(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      const Lanes beyond = larger(magnitude(*along[k] - center[k]) - half[k], splat(0.0f));
+      sum += beyond * beyond;
+    }
+    return sum;
+  }
+};
+
+/// Begins with the triangle whose centre is nearest to the box around the points. Others are left out by
+/// their distance from that box, and by that of each point from their discs.
+void nearestTriangles(const PointLanes& points, const NearDiscs& near, float slack, float* scratch,
+                      CandidateFacts factsOf, void* context, float (&squared)[16], float (&nearest)[16]) {
+  const Point p{load(points.x), load(points.y), load(points.z)};
+  const PointsBox box(p);
+  Lanes least = splat(1e30f), from = splat(0.0f);
+  for (int group = 0; group < near.count; group += laneCount) {
+    const Lanes square =
+        box.squaredDistance({load(near.x + group), load(near.y + group), load(near.z + group)});
+    store(square, scratch + group);
+    from = select(square < least, splat(static_cast<float>(group)), from);
+    least = smaller(square, least);
+  }
+  float leasts[laneCount], groups[laneCount];
+  store(least, leasts);
+  store(from, groups);
+  int lane = 0;
+  for (int k = 1; k < laneCount; ++k)
+    if (leasts[k] < leasts[lane]) lane = k;
+  const int first = static_cast<int>(groups[lane]) + lane;
+  Lanes best = squaredDistance(p, factsOf(context, first)), which = splat(static_cast<float>(first));
+  Lanes limit = withSlack(best, slack);
+  float reach = __builtin_sqrtf(largest(best));
+  for (int group = 0; group < near.count; group += laneCount) {
+    const Lanes within = reach + load(near.radius + group);
+    bool nearer = false;
+    for (unsigned bits = bitsWhereLess(load(scratch + group), withSlack(within * within, slack)); bits != 0;
+         bits &= bits - 1) {
+      const int c = group + __builtin_ctz(bits);
+      if (c == first) continue;
+      const TriangleDisc& disc = near.discs[near.triangles[c]];
+      const Lanes bound = squaredFromDisc({p.x - near.x[c], p.y - near.y[c], p.z - near.z[c]}, disc.normal,
+                                          disc.radius, disc.half);
+      if (!anyWithin(bound, limit)) continue;
+      const Lanes square = squaredDistance(p, factsOf(context, c));
+      which = select(square < best, splat(static_cast<float>(c)), which);
+      best = smaller(square, best);
+      limit = withSlack(best, slack);
+      nearer = true;
+    }
+    if (nearer) reach = __builtin_sqrtf(largest(best));
+  }
+  store(best, squared);
+  store(which, nearest);
 }
 
 struct Waiting {
@@ -72,12 +139,6 @@ constexpr int waitingMost = 128;
 
 /// Triangles that are examined together.
 constexpr int examinedMost = 32;
-
-constexpr unsigned allLanes = (1u << laneCount) - 1;
-
-inline bool anyWithin(const Lanes& squared, const Lanes& limit) {
-  return (~bitsOf(limit < squared) & allLanes) != 0;
-}
 
 void searchNear(const PointLanes& points, const DiscQuad* quads, const TriangleFacts* triangles, float slack,
                 float (&limits)[16], ExamineNear examine, void* context) {
@@ -98,7 +159,7 @@ void searchNear(const PointLanes& points, const DiscQuad* quads, const TriangleF
     if (!anyWithin(next.squared, limit)) continue;
     if (next.content < 0) {
       const Lanes square = squaredDistance(p, triangles[~next.content]);
-      limit = smaller((1.0f + searchGrowth) * square + slack, limit);
+      limit = smaller(withSlack(square, slack), limit);
       if (!anyWithin(square, limit)) continue;
       store(square, squared + laneCount * count);
       found[count++] = ~next.content;
@@ -124,7 +185,7 @@ void searchNear(const PointLanes& points, const DiscQuad* quads, const TriangleF
 
 template <InstructionSet set>
 TriangleKernels triangleKernels() {
-  return {nearestTriangles, triangleDistances, searchNear};
+  return {nearestTriangles, searchNear};
 }
 template TriangleKernels triangleKernels<InstructionSet::PACKMESH_INSTRUCTION_SET>();
 

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <unordered_map>
 #include <utility>
 
 #include "packMesh/core/box.h"
@@ -50,7 +49,7 @@ constexpr double leastDepth = 0.8;
 /// Orientations of parts other than one of those tried, whose numbers precede that along the wall: what fits
 /// at the centre of a part at the rim is tried in the end.
 constexpr std::int16_t alongWall = orientationsTried, anyOrientation = -1, nowhere = -2, undecided = -3,
-                       atRim = -4;
+                       atRim = -4, isDivided = -5;
 
 /// The axis along which a shape is thinnest.
 Vec3 thinAxis(const Shape& shape) {
@@ -124,6 +123,7 @@ class CellFit {
         orientations_(physics.rotate ? spreadOrientations(freedom_.cone)
                                      : std::vector<Quaternion>{Quaternion::Identity()}) {
     if (freedom_.freeLayer) layer_ = &freedom_.freeLayer->wall->coarselySampled(physics.surroundings());
+    for (const Quaternion& orientation : orientations_) turned_.push_back(turnedBy(orientation));
   }
 
   /// Of points.
@@ -141,7 +141,8 @@ class CellFit {
                   : &exact_.coarselySampled(container.surroundings(0.0))),
         points_(1, Vec3::Zero()),
         thinAxis_(Vec3::UnitY()),
-        orientations_(1, Quaternion::Identity()) {}
+        orientations_(1, Quaternion::Identity()),
+        turned_(1, points_) {}
 
   const double radius, thin;            ///< of the cell [µm]
   const double longestEdge, edgeAtRim;  ///< of the smallest parts [µm]
@@ -154,6 +155,7 @@ class CellFit {
     return freedom_.cone ? freedom_.cone->nearest(along) : along;
   }
 
+  bool isPeriodic(int axis) const { return period_[axis] > 0.0; }
   /// The image of a point in the bounds.
   Vec3 within(Vec3 p) const {
     for (int k = 0; k < 3; ++k)
@@ -170,7 +172,12 @@ class CellFit {
     inner.distance -= freedom_.freeLayer->thickness;
     return inner.distance < depth.distance ? inner : depth;
   }
-  double depth(const Vec3& p) const { return sample(p).distance; }
+  double depth(const Vec3& p) const {
+    if (!wall_) return sample(p).distance;
+    const Vec3 at = within(p);
+    const double depth = wall_->distance(at) - clearance_;
+    return layer_ ? std::min(depth, layer_->distance(at) - freedom_.freeLayer->thickness) : depth;
+  }
   /// The same at the centre of a part with this reach, without samples if it is large: those far from walls
   /// are dear [µm].
   double depthOf(const Vec3& p, double reach) const {
@@ -192,17 +199,25 @@ class CellFit {
     return std::all_of(points_.begin(), points_.end(),
                        [&](const Vec3& point) { return depth(centre + turn * point) >= least; });
   }
+
+  /// For each of the orientations the point that was in the wall last: probably so are those of cells nearby.
+  using InWall = std::array<std::uint8_t, orientationsTried>;
+
   bool fitsAlongWall(const Vec3& centre, double least = 0.0) const {
     return fits(centre, orientation(alongWall, centre), least);
   }
   /// An orientation in which it fits, and with its centre in the region; `nowhere`: none.
   /// @param rim tries that along the wall alone
-  std::int16_t orientationAt(const Vec3& centre, bool rim = false) const {
+  std::int16_t orientationAt(const Vec3& centre, bool rim, InWall& inWall) const {
     if (depthInRegion(centre) < 0.0 || depth(centre) < leastDepth * thin) return nowhere;
     if (fitsAlongWall(centre)) return alongWall;
     for (std::size_t i = 0; i < orientations_.size() && !rim; ++i)
-      if (fits(centre, orientations_[i])) return std::int16_t(i);
+      if (fitsTurned(centre, i, inWall[i])) return std::int16_t(i);
     return nowhere;
+  }
+  std::int16_t orientationAt(const Vec3& centre) const {
+    InWall inWall{};
+    return orientationAt(centre, false, inWall);
   }
 
   /// The parts of a part, with what their centres tell.
@@ -221,6 +236,25 @@ class CellFit {
 
  private:
   static constexpr double farReach = 2.0;  ///< [spacings of the samples]
+
+  std::vector<Vec3> turnedBy(const Quaternion& orientation) const {
+    const Mat3 turn = orientation.toRotationMatrix();
+    std::vector<Vec3> turned;
+    for (const Vec3& point : points_) turned.push_back(turn * point);
+    return turned;
+  }
+
+  /// fits() in one of the orientations.
+  bool fitsTurned(const Vec3& centre, std::size_t orientation, std::uint8_t& inWall) const {
+    const std::vector<Vec3>& points = turned_[orientation];
+    if (depth(centre + points[inWall]) < 0.0) return false;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (depth(centre + points[i]) < 0.0) {
+        inWall = std::uint8_t(i);
+        return false;
+      }
+    return true;
+  }
 
   /// Whether a cell fits nowhere or anywhere in a part, as far as the part's centre tells.
   std::int16_t examined(const AccessibleSpace::Part& part) const {
@@ -244,7 +278,69 @@ class CellFit {
   std::vector<Vec3> points_;
   Vec3 thinAxis_;
   std::vector<Quaternion> orientations_;
+  std::vector<std::vector<Vec3>> turned_;  ///< the points, in each of them
 };
+
+namespace {
+
+/// The parts of those parts that are open, in which a cell may fit.
+/// @param counts their number for each of those
+std::vector<AccessibleSpace::Part> partsOf(const CellFit& fit,
+                                           const std::vector<AccessibleSpace::Part>& parts,
+                                           const std::vector<std::size_t>& open, const Threads& threads,
+                                           std::vector<std::uint8_t>& counts) {
+  std::vector<std::vector<AccessibleSpace::Part>> found((open.size() + partsAtOnce - 1) / partsAtOnce);
+  threads.forEachPart(
+      std::int64_t(open.size()),
+      [&](std::int64_t begin, std::int64_t end, int) {
+        std::vector<AccessibleSpace::Part>& own = found[begin / partsAtOnce];
+        own.reserve(8 * (end - begin));
+        for (std::int64_t i = begin; i < end; ++i)
+          for (const AccessibleSpace::Part& part : fit.examinedParts(parts[open[i]])) {
+            if (part.orientation == nowhere) continue;
+            own.push_back(part);
+            ++counts[i];
+          }
+      },
+      partsAtOnce);
+  std::size_t size = 0;
+  for (const auto& own : found) size += own.size();
+  std::vector<AccessibleSpace::Part> all;
+  all.reserve(size);
+  for (const auto& own : found) all.insert(all.end(), own.begin(), own.end());
+  return all;
+}
+
+/// The parts that were not divided, those of each divided one after the other.
+std::vector<AccessibleSpace::Part> inOrder(const std::vector<std::vector<AccessibleSpace::Part>>& ofLevel,
+                                           const std::vector<std::vector<std::uint8_t>>& counts,
+                                           std::size_t total) {
+  std::vector<AccessibleSpace::Part> parts;
+  parts.reserve(total);
+  struct Place {
+    std::size_t part = 0, divided = 0;  ///< the next ones
+    int left = 0;                       ///< of the parts of a divided one
+  };
+  std::vector<Place> places(ofLevel.size());
+  places[0].left = 1;
+  for (std::size_t level = 0;;) {
+    Place& here = places[level];
+    if (here.left == 0) {
+      if (level-- == 0) return parts;
+      continue;
+    }
+    --here.left;
+    const AccessibleSpace::Part& part = ofLevel[level][here.part++];
+    if (part.orientation != isDivided) {
+      parts.push_back(part);
+      continue;
+    }
+    places[level + 1].left = counts[level][here.divided++];
+    ++level;
+  }
+}
+
+}  // namespace
 
 AccessibleSpace::AccessibleSpace(const Physics& physics, int species, const Threads& threads,
                                  std::size_t mostParts)
@@ -265,47 +361,41 @@ AccessibleSpace::AccessibleSpace(const Container& container, const Threads& thre
 void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t mostParts, bool covers) {
   if (room.empty()) return;
   const auto edge = [](const Part& part) { return 2.0 * double(part.half.maxCoeff()); };
-  std::vector<Part> parts = {{room.center(), (0.5 * room.size()).cast<float>(), undecided}}, next;
-  levels_ = {parts[0].half};
+  // The parts of each size, and of those that were divided how many of their parts are left.
+  std::vector<std::vector<Part>> ofLevel = {{{room.center(), (0.5 * room.size()).cast<float>(), undecided}}};
+  std::vector<std::vector<std::uint8_t>> counts;
+  levels_ = {ofLevel[0][0].half};
   while (2.0 * double(levels_.back().maxCoeff()) > fit_->longestEdge)
     levels_.push_back(halved(levels_.back()));
-  std::vector<std::size_t> open;
-  std::vector<std::array<Part, 8>> children;
+  std::size_t total = 1;
   while (complete_) {
-    open.clear();
+    std::vector<Part>& parts = ofLevel.back();
+    std::vector<std::size_t> open;
     for (std::size_t i = 0; i < parts.size(); ++i)
       if (parts[i].orientation == undecided && edge(parts[i]) > fit_->longestEdge) open.push_back(i);
     if (open.empty()) break;
-    if (parts.size() + 7 * open.size() > mostParts) {
+    if (total + 7 * open.size() > mostParts) {
       complete_ = std::all_of(open.begin(), open.end(),
                               [&](std::size_t i) { return edge(parts[i]) <= coarsest * fit_->longestEdge; });
       break;
     }
-    children.resize(open.size());
-    threads.forEachPart(
-        std::int64_t(open.size()),
-        [&](std::int64_t begin, std::int64_t end, int) {
-          for (std::int64_t i = begin; i < end; ++i) children[i] = fit_->examinedParts(parts[open[i]]);
-        },
-        partsAtOnce);
-    next.clear();
-    std::size_t from = 0;
-    for (std::size_t i = 0; i < open.size(); from = open[i++] + 1) {
-      next.insert(next.end(), parts.begin() + std::ptrdiff_t(from), parts.begin() + std::ptrdiff_t(open[i]));
-      std::copy_if(children[i].begin(), children[i].end(), std::back_inserter(next),
-                   [](const Part& part) { return part.orientation != nowhere; });
-    }
-    next.insert(next.end(), parts.begin() + std::ptrdiff_t(from), parts.end());
-    parts.swap(next);
+    counts.emplace_back(open.size());
+    std::vector<Part> next = partsOf(*fit_, parts, open, threads, counts.back());
+    for (const std::size_t i : open) parts[i].orientation = isDivided;
+    total += next.size() - open.size();
+    ofLevel.push_back(std::move(next));
   }
+  std::vector<Part> parts = inOrder(ofLevel, counts, total);
   if (covers) complete_ = false;
   if (complete_) {
     threads.forEachPart(
         std::int64_t(parts.size()),
         [&](std::int64_t begin, std::int64_t end, int) {
+          CellFit::InWall inWall{};
           for (std::int64_t i = begin; i < end; ++i)
             if (parts[i].orientation < anyOrientation)
-              parts[i].orientation = fit_->orientationAt(parts[i].centre, parts[i].orientation == atRim);
+              parts[i].orientation =
+                  fit_->orientationAt(parts[i].centre, parts[i].orientation == atRim, inWall);
         },
         partsAtOnce);
     parts.erase(
@@ -319,6 +409,35 @@ void AccessibleSpace::find(const Box& room, const Threads& threads, std::size_t 
 
 AccessibleSpace::~AccessibleSpace() = default;
 
+namespace {
+
+/// A cell of a grid, by its key, and a part.
+struct Occupied {
+  std::int64_t key;
+  int part;
+};
+
+/// The cells at the faces of parts, by ascending keys.
+std::vector<Occupied> occupiedCells(const std::vector<AccessibleSpace::Part>& parts, const Vec3& origin,
+                                    const Vec3& edge) {
+  std::vector<Occupied> occupied;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Vec3 from = parts[i].centre - origin, inner = 0.999 * parts[i].half.cast<double>();
+    const auto lo = gridIndex(from - inner, edge), hi = gridIndex(from + inner, edge);
+    for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
+      for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
+        const bool atFace = z == lo[2] || z == hi[2] || y == lo[1] || y == hi[1];
+        const std::int64_t step = atFace ? 1 : std::max<std::int64_t>(1, hi[0] - lo[0]);
+        for (std::int64_t x = lo[0]; x <= hi[0]; x += step) occupied.push_back({keyOf({x, y, z}), int(i)});
+      }
+  }
+  std::sort(occupied.begin(), occupied.end(),
+            [](const Occupied& a, const Occupied& b) { return a.key < b.key; });
+  return occupied;
+}
+
+}  // namespace
+
 std::vector<double> AccessibleSpace::apart() const {
   // On a grid about as fine as the smallest boxes, unless that has too many cells.
   if (parts_.empty()) return {};
@@ -326,40 +445,35 @@ std::vector<double> AccessibleSpace::apart() const {
   for (const Part& part : parts_) box.add(part.centre - part.half.cast<double>());
   const Vec3 edge = Vec3::Constant(std::max(double(fit_->longestEdge), std::cbrt(volume() / mostGridCells)));
   const auto cellOf = [&](const Vec3& p) { return gridIndex(p - box.lo, edge); };
-  struct Occupied {
-    std::int64_t key;
-    GridIndex cell;
-    int part;
-  };
-  std::vector<Occupied> occupied;  // of each part those at its faces
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const Vec3 inner = 0.999 * parts_[i].half.cast<double>();
-    const auto lo = cellOf(parts_[i].centre - inner), hi = cellOf(parts_[i].centre + inner);
-    for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
-      for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
-        const bool atFace = z == lo[2] || z == hi[2] || y == lo[1] || y == hi[1];
-        const std::int64_t step = atFace ? 1 : std::max<std::int64_t>(1, hi[0] - lo[0]);
-        for (std::int64_t x = lo[0]; x <= hi[0]; x += step)
-          occupied.push_back({keyOf({x, y, z}), {x, y, z}, int(i)});
-      }
-  }
-  const auto precedes = [](const Occupied& one, std::int64_t key) { return one.key < key; };
-  std::sort(occupied.begin(), occupied.end(),
-            [](const Occupied& a, const Occupied& b) { return a.key < b.key; });
+  std::vector<Occupied> occupied = occupiedCells(parts_, box.lo, edge);
   UnionFind joined(parts_.size());
-  for (std::size_t i = 1; i < occupied.size(); ++i)
-    if (occupied[i].key == occupied[i - 1].key) joined.join(occupied[i].part, occupied[i - 1].part);
+  std::size_t cells = 0;  // of each one of its parts
+  for (const Occupied& one : occupied)
+    if (cells > 0 && one.key == occupied[cells - 1].key)
+      joined.join(one.part, occupied[cells - 1].part);
+    else
+      occupied[cells++] = one;
+  occupied.resize(cells);
   for (int k = 0; k < 3; ++k) {
-    auto next =
-        occupied.cbegin();  // beside `one`, with the keys of which it increases but across periodic faces
+    GridIndex ahead{};
+    ahead[k] = 1;
+    const std::int64_t step = keyOf(ahead);
+    auto next = occupied.cbegin();  // beside `one`, with the keys of which it increases
     for (const Occupied& one : occupied) {
-      Vec3 beside(double(one.cell[0]) + 0.5, double(one.cell[1]) + 0.5, double(one.cell[2]) + 0.5);
+      while (next != occupied.cend() && next->key < one.key + step) ++next;
+      if (next != occupied.cend() && next->key == one.key + step) joined.join(one.part, next->part);
+    }
+    if (!fit_->isPeriodic(k)) continue;
+    for (const Occupied& one : occupied) {  // across periodic faces
+      const GridIndex cell = cellOfKey(one.key);
+      Vec3 beside = Vec3::Constant(0.5);
+      for (int axis = 0; axis < 3; ++axis) beside[axis] += double(cell[axis]);
       beside[k] += 1.0;
       const std::int64_t key = keyOf(cellOf(fit_->within(box.lo + edge.cwiseProduct(beside))));
-      while (next != occupied.cend() && next->key < key) ++next;
-      auto found = next;
-      if (found != occupied.cbegin() && std::prev(found)->key >= key)
-        found = std::lower_bound(occupied.cbegin(), next, key, precedes);
+      if (key == one.key + step) continue;
+      const auto found =
+          std::lower_bound(occupied.cbegin(), occupied.cend(), key,
+                           [](const Occupied& other, std::int64_t wanted) { return other.key < wanted; });
       if (found != occupied.cend() && found->key == key) joined.join(one.part, found->part);
     }
   }

@@ -34,7 +34,7 @@ class AccessibleSpace {
   };
 
   /// Within the freedom of the species, that is, its region, cone, cell-free layer and clearance of its own.
-  /// References `physics`, which must outlive it. Pre: the species has a wall
+  /// References the walls and the region of `physics`, which must outlive it. Pre: the species has a wall
   /// @param mostParts above which they are divided no further
   AccessibleSpace(const Physics& physics, int species, const Threads& threads,
                   std::size_t mostParts = mostPartsOfSpace);

@@ -189,6 +189,7 @@ TEST_CASE("A linear distance is reproduced to the steps of its storage, across b
     if (++n % 2 == 0) p[n % 3] = brick * std::round(p[n % 3] / brick);  // on a face between two bricks
     const DistanceSample found = sampled.sample(p);
     REQUIRE(std::abs(found.distance - plane.distance(p)) < 0.51 * step);
+    REQUIRE(sampled.distance(p) == found.distance);
     REQUIRE((found.gradient - plane.normal).cwiseAbs().maxCoeff() < 1.01 * step / spacing);
   }
 }

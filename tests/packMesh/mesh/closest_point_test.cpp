@@ -8,6 +8,7 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/packMesh/simd/triangle_candidates.h"
 
 using namespace packmesh;
 
@@ -90,8 +91,7 @@ TEST_CASE("Distances of blocks equal those of their points", "[geometry]") {
 TEST_CASE("All instruction sets give the same distances to triangles, to the bit", "[geometry][kernel]") {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> coordinate(-3.0f, 3.0f);
-  TriangleFacts facts[20];
-  std::vector<int> chosen;
+  std::vector<TriangleFacts> facts(20);
   for (int t = 0; t < 20; ++t) {
     Vec3 corner[3];
     for (Vec3& c : corner) c = Vec3(coordinate(random), coordinate(random), coordinate(random));
@@ -108,8 +108,10 @@ TEST_CASE("All instruction sets give the same distances to triangles, to the bit
       facts[t].perSquare[e] = edge.squaredNorm() > 0.0 ? static_cast<float>(1.0 / edge.squaredNorm()) : 0.0f;
       facts[t].normal[e] = static_cast<float>(normal[e]);
     }
-    if (t % 3 != 1) chosen.push_back(t);
   }
+  TriangleCandidates all(facts);
+  std::vector<TriangleCandidates> each;
+  for (const TriangleFacts& t : facts) each.emplace_back(std::vector{t});
   for (int n = 0; n < 200; ++n) {
     PointLanes points;
     for (int k = 0; k < 16; ++k) {
@@ -117,22 +119,23 @@ TEST_CASE("All instruction sets give the same distances to triangles, to the bit
       points.y[k] = coordinate(random);
       points.z[k] = coordinate(random);
     }
-    float squared[3][16], nearest[3][16], all[3][20 * 16];
+    float squared[3][16], nearest[3][16];
     for (const InstructionSet set :
          {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
       if (!available(set)) continue;
       const int s = static_cast<int>(set);
-      const TriangleKernels kernels = triangleKernels(set);
-      kernels.nearest(points, facts, chosen.data(), static_cast<int>(chosen.size()), squared[s], nearest[s]);
-      kernels.distances(points, facts, 20, all[s]);
+      all.nearest(triangleKernels(set), points, squared[s], nearest[s]);
       REQUIRE(std::memcmp(squared[s], squared[0], sizeof squared[0]) == 0);
       REQUIRE(std::memcmp(nearest[s], nearest[0], sizeof nearest[0]) == 0);
-      REQUIRE(std::memcmp(all[s], all[0], sizeof all[0]) == 0);
     }
     // The nearest is the one with the smallest of all distances.
-    for (int k = 0; k < 16; ++k) {
-      for (const int t : chosen) REQUIRE(squared[0][k] <= all[0][16 * t + k]);
-      REQUIRE(squared[0][k] == all[0][16 * chosen[static_cast<int>(nearest[0][k])] + k]);
+    for (int t = 0; t < 20; ++t) {
+      float alone[16], first[16];
+      each[t].nearest(triangleKernels(InstructionSet::portable), points, alone, first);
+      for (int k = 0; k < 16; ++k) {
+        REQUIRE(squared[0][k] <= alone[k]);
+        if (t == static_cast<int>(nearest[0][k])) REQUIRE(squared[0][k] == alone[k]);
+      }
     }
   }
 }

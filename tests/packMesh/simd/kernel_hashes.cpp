@@ -19,6 +19,7 @@
 #include "packMesh/relaxation/contact_kernels.h"
 #include "tests/packMesh/simd/kernel_inputs.h"
 #include "tests/packMesh/simd/soft_kernel_hashes.h"
+#include "tests/packMesh/simd/triangle_candidates.h"
 
 namespace packmesh {
 namespace {
@@ -323,8 +324,7 @@ Hash triangles(InstructionSet set) {
             t.normal[(k + 1) % 3] * t.edge[e][(k + 2) % 3] - t.normal[(k + 2) % 3] * t.edge[e][(k + 1) % 3];
     }
   }
-  std::vector<int> chosen;
-  for (int i = 0; i < 30; i += 2) chosen.push_back((7 * i) % 30);
+  TriangleCandidates candidates(facts);
   Hash hash;
   for (int example = 0; example < 100; ++example) {
     PointLanes points;
@@ -333,12 +333,10 @@ Hash triangles(InstructionSet set) {
       points.y[k] = random.between(-3.0f, 3.0f);
       points.z[k] = random.between(-3.0f, 3.0f);
     }
-    float squared[16], nearest[16], all[30 * 16];
-    kernels.nearest(points, facts.data(), chosen.data(), static_cast<int>(chosen.size()), squared, nearest);
-    kernels.distances(points, facts.data(), 30, all);
+    float squared[16], nearest[16];
+    candidates.nearest(kernels, points, squared, nearest);
     hash.add(squared);
     hash.add(nearest);
-    hash.add(all);
   }
   return hash;
 }
