@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -38,6 +40,9 @@ class Search {
       : problem_(problem), control_(control), whole_(whole), lumen_(problem.physics.container->volume()) {
     for (int s = 0; s < int(problem.physics.species.size()); ++s)
       relocates_ = relocates_ || problem.physics.species[s].freedom.fixed || control.spaces().of(s);
+    exceeds_ = relocates_ && !problem.engine &&
+               std::none_of(problem.physics.species.begin(), problem.physics.species.end(),
+                            [](const Species& s) { return s.freedom.fixed || !s.deformed.empty(); });
     const bool anyRed =
         std::any_of(problem.physics.species.begin(), problem.physics.species.end(),
                     [](const Species& s) { return s.inHematocrit && !s.freedom.fixed && s.count > 0; });
@@ -68,18 +73,20 @@ class Search {
     return species.asked > 0.0 ? species.asked : static_cast<double>(species.count);
   }
 
-  bool goesOn() { return !found_.whole && !control_.stopped(); }
+  bool goesOn() { return !found_.whole && !hasAll_ && !control_.stopped(); }
 
-  /// Number of cells of each species at a multiple of `rung`.
+  /// Number of cells of each species at a multiple of `rung`, also more than requested if exceeds_.
   Counts countsAt(std::int64_t rungs) const {
     const double volume = static_cast<double>(rungs) * rung * lumen_ - fixed_;
-    const double share = free_ > 0.0 ? std::clamp(volume / free_, 0.0, 1.0) : 0.0;
+    const double share = free_ > 0.0 ? std::max(0.0, volume / free_) : 0.0;
     Counts counts;
-    for (const Species& species : problem_.physics.species)
-      counts.push_back(
-          species.freedom.fixed
-              ? species.count
-              : std::min<std::int64_t>(species.count, std::llround(share * requestedCount(species))));
+    for (const Species& species : problem_.physics.species) {
+      const std::int64_t count =
+          std::llround((exceeds_ ? share : std::min(share, 1.0)) * requestedCount(species));
+      counts.push_back(species.freedom.fixed ? species.count
+                       : exceeds_            ? count
+                                             : std::min<std::int64_t>(species.count, count));
+    }
     return counts;
   }
   std::int64_t cellsAt(std::int64_t rungs) const {
@@ -139,10 +146,14 @@ class Search {
     }
   }
 
-  /// Whether this fraction can be packed; if it comprises all requested cells, these are tried.
+  /// Whether this fraction can be packed; if it comprises all requested cells, these are tried first.
   bool packs(std::int64_t rungs) {
     const Counts counts = countsAt(rungs);
-    if (cellsAt(rungs) >= problem_.physics.cellCount()) return found_.whole = whole_(sweepsOfRelax(parts_));
+    if (cellsAt(rungs) >= problem_.physics.cellCount()) {
+      found_.whole = whole_(sweepsOfRelax(parts_));
+      if (found_.whole || !exceeds_ || problem_.execution.limits.maxSweeps < sweepsOfTrial())
+        return found_.whole;
+    }
     if (counts == countsAt(packed_) && found_.packing) return true;
     return pack(counts);
   }
@@ -156,9 +167,27 @@ class Search {
     const bool all = trial_->attempt.certifyAll(sweepsOfTrial());
     found_.sweeps += trial_->attempt.sweeps() - before;
     if (!all) return false;
+    std::optional<PackingResult> last = std::move(found_.packing);
     found_.packing = trial_->attempt.takeResult();
     trial_.reset();
-    return true;
+    return !exceeds_ || keepRequested(counts, std::move(last));
+  }
+
+  /// If the packing that was found has more cells than requested, only the first ones: they have nothing to
+  /// do but to be certified.
+  /// @param last the packing before @return false: they were not, and that one is kept
+  bool keepRequested(const Counts& counts, std::optional<PackingResult> last) {
+    Counts requested;
+    for (const Species& species : problem_.physics.species) requested.push_back(species.count);
+    if (!std::equal(counts.begin(), counts.end(), requested.begin(), std::greater_equal<>())) return true;
+    hasAll_ = counts == requested;
+    if (hasAll_) return true;
+    ++filling_;
+    Trial few(part(requested), requested, control_);
+    hasAll_ = few.attempt.certifyAll(sweepsOfTrial());
+    found_.sweeps += few.attempt.sweeps();
+    found_.packing = hasAll_ ? few.attempt.takeResult() : std::move(last);
+    return hasAll_;
   }
 
   /// The problem with this many cells.
@@ -178,8 +207,8 @@ class Search {
       };
     for (std::size_t s = 0; s < counts.size(); ++s) {
       Species& species = part.physics.species[s];
-      species.resize(counts[s]);
       if (filling_ > 0 && !species.freedom.fixed) startAsPacked(int(s), species);
+      species.resize(counts[s]);
     }
     return part;
   }
@@ -233,7 +262,10 @@ class Search {
   std::int64_t parts_ = fewestParts;
   /// The densest packing so far, and the next fraction that was tried without success [multiples of `rung`].
   std::int64_t packed_ = 0, beyond_ = topRung;
-  bool relocates_ = false;    ///< cells that are stuck are put elsewhere
+  bool relocates_ = false;  ///< cells that are stuck are put elsewhere
+  bool exceeds_ =
+      false;             ///< trials can have more cells than requested, so that they are those of any request
+  bool hasAll_ = false;  ///< found_.packing has all requested cells
   std::int64_t filling_ = 0;  ///< number of the trial that adds cells to a packing; 0: none does
   Densest found_;
 };

@@ -32,8 +32,10 @@ using WholeAttempt = std::function<bool(std::int64_t sweeps)>;
 /// trial would.
 ///
 /// The trials depend on the species and the lumen, not on the requested number of cells: a larger request
-/// does not yield fewer cells, except for rounding to multiples of `rung`. Without a time limit, the result
-/// depends on the problem alone. All ranks call.
+/// does not yield fewer cells, except for rounding to multiples of `rung`. Where cells are relocated and none
+/// is fixed or deformed, they have as many cells as they would for a larger request, so that all cells are
+/// packed if a larger request with the same seed yields as many. Without a time limit, the result depends on
+/// the problem alone. All ranks call.
 Densest findDensest(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole);
 
 }  // namespace packmesh

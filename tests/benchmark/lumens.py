@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packs lumens as users have them, with branches and pockets that no red cell can enter, and prints the table of docs/explanation/lumens.md.
 
-Usage: tests/benchmark/lumens.py [build/bin/packMesh] [--seeds n] [--only name] [--keep folder] [--small] [--smaller shares]
+Usage: tests/benchmark/lumens.py [build/bin/packMesh] [--seeds n] [--only name ...] [--keep folder] [--small | --large] [--smaller shares]
 
 Surfaces are unions of tapered tubes, boxes and spheres less obstacles, as the zero of a distance on a grid, by surface nets. Needs NumPy.
 
@@ -14,6 +14,7 @@ pillars    a channel with pillars and gaps of 4 to 6 µm
 plates     a channel with oblique plates of 1 µm
 comb       a channel with dead ends 1.5 µm wide
 islands    a tube and closed pockets apart from it
+coronary   with --large: branches from 23 µm down to about 4 µm in radius, in half a percent of their bounds, with 6,000 red cells
 
 With --smaller, it prints how dense each lumen is packed with each seed when more is asked for than fits, and whether each seed packs each of
 these shares of the densest of them; the exit code is 1 if one does not.
@@ -31,7 +32,8 @@ import time
 import numpy as np
 
 ALONE = ["--plt_ratio", "0"]  # red cells only
-HEMATOCRITS = {"network": (0.05, 0.1, 0.15)}
+RANDOM = ("tree", "network", "coronary")  # other lumens do not depend on the seed
+HEMATOCRITS = {"network": (0.05, 0.1, 0.15), "coronary": (0.3,)}
 
 
 def tapered(points, a, b, ra, rb):
@@ -57,12 +59,13 @@ def around(pieces, margin=2.0):
     return ends.min(0) - widest, ends.max(0) + widest
 
 
-def tree(random):
-    pieces, tips = [], [(np.zeros(3), np.array([1.0, 0, 0]), 10.0)]
-    for _ in range(5):
+def tree(random, widest=10.0, generations=5, lengths=(4, 5)):
+    """@param lengths of branches, shortest and longest, in units of their radii"""
+    pieces, tips = [], [(np.zeros(3), np.array([1.0, 0, 0]), widest)]
+    for _ in range(generations):
         grown = []
         for at, way, radius in tips:
-            end, child = at + way * radius * random.uniform(4, 5), max(2.6, radius * 0.794 * random.uniform(0.8, 1))
+            end, child = at + way * radius * random.uniform(*lengths), max(2.6, radius * 0.794 * random.uniform(0.8, 1))
             pieces.append((at, end, radius, (radius + child) / 2))
             side = np.cross(way, random.normal(size=3))
             side /= np.linalg.norm(side)
@@ -87,50 +90,68 @@ def along_x(points, length=80):
     return np.hypot(points[..., 1], points[..., 2]), np.abs(points[..., 0] - length / 2) - length / 2
 
 
-def stenosis(points):
-    wide, ends = along_x(points)
-    return np.maximum(wide - 12 + 9.5 * np.exp(-((points[..., 0] - 40) / 10) ** 2), ends)
+def stenosis(points, length=80, radius=12):
+    wide, ends = along_x(points, length)
+    return np.maximum(wide - radius + (radius - 2.5) * np.exp(-((points[..., 0] - length / 2) / 10) ** 2), ends)
 
 
-def neck(points):
-    wide, ends = along_x(points)
-    return np.minimum(np.maximum(wide - 9, ends), union([((40, 0, 0), (40, 14, 0), 3, 3), ((40, 22, 0), (40, 23, 0), 9, 9)])(points))
+def neck(points, length=80, radius=9):
+    wide, ends = along_x(points, length)
+    x, y = length / 2, 2 * radius + 4
+    return np.minimum(np.maximum(wide - radius, ends), union([((x, 0, 0), (x, y - 8, 0), 3, 3), ((x, y, 0), (x, y + 1, 0), radius, radius)])(points))
 
 
-def pillars(points):
-    inside = brick(points, (0, 0, 0), (80, 40, 20))
+def pillars(points, size=(80, 40, 20)):
+    inside = brick(points, (0, 0, 0), size)
     for i in range(6):
         for j in range(4):
             inside = np.maximum(inside, 5 - np.hypot(points[..., 0] - 8 - 14 * i, points[..., 1] - 2 - 14 * j - 3 * (i % 3)))
     return inside
 
 
-def plates(points):
-    inside = brick(points, (0, 0, 0), (60, 30, 30))
-    for x, slope in ((15, 0.0), (30, 0.5), (45, -0.8)):
+def plates(points, length=60, width=30, tilted=((15, 0.0), (30, 0.5), (45, -0.8))):
+    inside = brick(points, (0, 0, 0), (length, width, width))
+    for x, slope in tilted:
         normal = np.array([1, slope, 0]) / np.hypot(1, slope)
-        plate = np.maximum(np.abs((points - [x, 15, 15]) @ normal) - 0.5, brick(points, (0, 4, 4), (60, 26, 26)))
+        plate = np.maximum(np.abs((points - [x, width / 2, width / 2]) @ normal) - 0.5, brick(points, (0, 4, 4), (length, width - 4, width - 4)))
         inside = np.maximum(inside, -plate)
     return inside
 
 
-def comb(points):
-    teeth = [brick(points, (4 + 6 * i, 0, 15), (5.5 + 6 * i, 20, 45)) for i in range(9)]
-    return np.min([brick(points, (0, 0, 0), (60, 20, 20)), *teeth], 0)
+def comb(points, length=60, width=20):
+    teeth = [brick(points, (4 + 6 * i, 0, 15), (5.5 + 6 * i, width, 45)) for i in range(length // 6 - 1)]
+    return np.min([brick(points, (0, 0, 0), (length, width, 20)), *teeth], 0)
 
 
-def islands(points):
-    wide, ends = along_x(points)
-    pockets = [((x, 25, z), (x + 1, 25, z), r, r) for x, z, r in ((5, 0, 0.8), (20, 8, 1.2), (40, -6, 1.9), (60, 3, 1.5))]
-    return np.minimum(np.maximum(wide - 11, ends), union(pockets)(points))
+def islands(points, length=80, radius=11):
+    wide, ends = along_x(points, length)
+    pockets = [((x, 25, z), (x + 1, 25, z), r, r) for x, z, r in ((5, 0, 0.8), (20, 8, 1.2), (40, -6, 1.9), (60, 3, 1.5)) if x < length]
+    return np.minimum(np.maximum(wide - radius, ends), union(pockets)(points))
 
 
-def lumens(seed, small=False):
-    """Name, distance, bounds and spacing of every lumen; small: of a network of few branches alone."""
+def small_lumens(random):
+    """As lumens()."""
+    pieces = network(random, 5, 30, 1)
+    yield "network", union(pieces), *around(pieces), 0.7
+    pieces = tree(random, 6.0, 3)
+    yield "tree", union(pieces), *around(pieces), 0.7
+    yield "stenosis", lambda points: stenosis(points, 36, 7), (-2, -9, -9), (38, 9, 9), 0.7
+    yield "neck", lambda points: neck(points, 20, 6), (-2, -8, -8), (22, 26, 8), 0.7
+    yield "pillars", lambda points: pillars(points, (30, 20, 12)), (-2, -2, -2), (32, 22, 14), 0.7
+    yield "plates", lambda points: plates(points, 24, 16, ((8, 0.0), (16, 0.5))), (-2, -2, -2), (26, 18, 18), 0.4
+    yield "comb", lambda points: comb(points, 18, 12), (-2, -2, -2), (20, 14, 47), 0.5
+    yield "islands", lambda points: islands(points, 24, 6), (-2, -9, -9), (26, 30, 12), 0.6
+
+
+def lumens(seed, which="all"):
+    """Name, distance, bounds and spacing of every lumen; of small ones, or of a large one alone."""
     random = np.random.default_rng(seed)
-    if small:
-        pieces = network(random, 5, 30, 1)
-        yield "network", union(pieces), *around(pieces), 0.7
+    if which == "small":
+        yield from small_lumens(random)
+        return
+    if which == "large":
+        pieces = tree(random, 23.0, 6, (11, 13))
+        yield "coronary", pieces, *around(pieces, 8.0), 2.0
         return
     for name, make, spacing in (("tree", tree, 0.8), ("network", network, 0.7)):
         pieces = make(random)
@@ -143,9 +164,26 @@ def lumens(seed, small=False):
     yield "islands", islands, (-2, -14, -14), (82, 30, 14), 0.6
 
 
-def surface_nets(distance, lo, hi, spacing):
-    """Corners (n, 3, 3) of triangles of the surface distance = 0, outward: a vertex in each cell of the grid that the surface crosses."""
-    axes = [np.arange(lo[k], hi[k] + spacing, spacing) for k in range(3)]
+def surface_nets(distance, lo, hi, spacing, block=32):
+    """Corners (n, 3, 3) of triangles of the surface distance = 0, outward: a vertex in each cell of the grid that the surface crosses.
+
+    @param distance a function of points, or the pieces of a union, near which alone there are nodes
+    """
+    if callable(distance):
+        return nets_in(distance, [np.arange(lo[k], hi[k] + spacing, spacing) for k in range(3)], spacing)
+    ends = np.array([(np.minimum(a, b) - max(radii), np.maximum(a, b) + max(radii)) for a, b, *radii in distance]) + [[[-4 * spacing], [4 * spacing]]]
+    triangles = []
+    for index in np.ndindex(*np.ceil((hi - lo) / (block * spacing)).astype(int)):
+        axes = [lo[k] + spacing * (block * index[k] - 1 + np.arange(block + 2)) for k in range(3)]
+        first, last = np.array([axis[[0, -1]] for axis in axes]).T
+        near = [piece for piece, (low, high) in zip(distance, ends) if (low <= last).all() and (high >= first).all()]
+        if near:
+            triangles.append(nets_in(union(near), axes, spacing))
+    return np.concatenate(triangles)
+
+
+def nets_in(distance, axes, spacing):
+    """The triangles around edges from all nodes but the first and the last along each axis."""
     points = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     values = np.concatenate([distance(part) for part in np.array_split(points, max(1, len(points) // 8))])
     values[values == 0] = 1e-6 * spacing
@@ -166,11 +204,10 @@ def surface_nets(distance, lo, hi, spacing):
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         first = [slice(1, -1)] * 3
-        first[axis] = slice(0, -1)
         last = list(first)
-        last[axis] = slice(1, None)
+        last[axis] = slice(2, None)
         a, b = values[tuple(first)] < 0, values[tuple(last)] < 0
-        at = np.argwhere(a != b) + np.where(np.arange(3) == axis, 0, 1)
+        at = np.argwhere(a != b) + 1
         corner = []
         for step_u, step_v in ((1, 1), (0, 1), (0, 0), (1, 0)):
             cell = at.copy()
@@ -234,9 +271,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", default="build/bin/packMesh")
     parser.add_argument("--seeds", type=int, default=5, help="lumens of each kind, of which each is packed with one seed")
-    parser.add_argument("--only", help="lumens whose name contains this")
+    parser.add_argument("--only", nargs="+", default=[""], help="lumens whose name contains one of these")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the surfaces")
-    parser.add_argument("--small", action="store_true", help="networks of few branches alone")
+    size = parser.add_mutually_exclusive_group()
+    for which, what in (("small", "small lumens of these kinds, with few cells"), ("large", "the coronary tree alone")):
+        size.add_argument(f"--{which}", dest="which", action="store_const", const=which, default="all", help=what)
     parser.add_argument("--smaller", type=float, nargs="+", help="shares of the densest hematocrit")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -244,8 +283,8 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
         files = {}
         for seed in range(1, options.seeds + 1):
-            for name, *surface in lumens(seed, options.small):
-                if options.only and options.only not in name:
+            for name, *surface in lumens(seed, options.which):
+                if not any(part in name for part in options.only) or options.smaller and seed > 1 and name not in RANDOM:
                     continue
                 files.setdefault(name, []).append(folder / f"{name}{seed}.stl")
                 write(files[name][-1], surface_nets(*surface))
