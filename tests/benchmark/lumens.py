@@ -14,7 +14,7 @@ pillars    a channel with pillars and gaps of 4 to 6 µm
 plates     a channel with oblique plates of 1 µm
 comb       a channel with dead ends 1.5 µm wide
 islands    a tube and closed pockets apart from it
-coronary   with --large: branches from 23 µm down to about 4 µm in radius, in half a percent of their bounds, with 6,000 red cells
+coronary   with --large: branches from 23 µm down to 3 µm in radius, in 0.3 % of their bounds, with 5,600 red cells
 
 With --smaller, it prints how dense each lumen is packed with each seed when more is asked for than fits, and whether each seed packs each of
 these shares of the densest of them; the exit code is 1 if one does not.
