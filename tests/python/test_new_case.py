@@ -214,8 +214,7 @@ def test_cut_vessels_become_cases(tmp_path):
     text = output_of(["new-case", "tube.stl", "--unit", "um", "--cut=0,0,0,-1,0,0", "--cut", "60,0,0,1,0,0", "--hematocrit", "0.1"], tmp_path)
     assert "End 2: periodic, opening, diameter 19.9" in text
     assert "packmesh new-case tube.stl tube --hematocrit 0.1 --unit um --cut=0,0,0,-1,0,0 --cut=60,0,0,1,0,0\n" in (tmp_path / "tube/README.md").read_text()
-    case = packmesh.new_case(tmp_path / "tube.stl", unit="um", cut=[(0, 0, 0, -1, 0, 0), (60, 0, 0, 1, 0, 0)], hematocrit=0.1)
-    assert case.size[0] == pytest.approx(60, abs=1.1) and len(case.ends) == 2
+    assert 60 < 0.5 * tag(tmp_path / "tube", "domain/refDirN") < 61.1
     for planes, message in (([(0, 0, 0, 1, 0)], "expected planes of six numbers"), ([(0, 0, 0, 0, 0, 0)], "expected planes of six numbers"),
                             ([(99, 0, 0, 1, 0, 0)], "the plane of --cut at 99, 0, 0 does not meet the surface")):
         with pytest.raises(packmesh.InputError, match=message):
