@@ -54,8 +54,8 @@ struct EnginePosition {
 /// the rank's cells, in their order: some numbers of each, and of each of its vertices.
 struct SoftPosition {
   std::string membranes;  ///< what is told apart, besides the problem
-  std::array<std::int64_t, 4> counters = {};
-  std::array<double, 5> numbers = {};
+  std::array<std::int64_t, 6> counters = {};
+  std::array<double, 7> numbers = {};
   static constexpr int perCell = 5, perVertex = 10;
   std::vector<double> cells;
   std::vector<float> vertices;

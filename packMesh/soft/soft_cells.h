@@ -27,7 +27,7 @@ struct SoftSettings {
   double skin = 0.2;             ///< contacts are listed up to their range and this [µm]
   double stiffness = 20.0;       ///< of barriers [pN/µm]
   double clearance = 0.0;        ///< that the barriers between cells keep [µm]
-  double momentum = 0.9;         ///< share of the last step that is added to the next
+  double momentum = 0.8;         ///< share of the last step that is added to the next
   double shareOfGap = 0.4;       ///< largest step: with less than a half nothing can meet
   double swelling = 0.006;       ///< of the scale per iteration
   double mostCompressed = 0.03;  ///< cells whose volume lacks more of that at rest do not grow

@@ -30,7 +30,9 @@ namespace {
 constexpr double easyFraction = 0.52, possibleFraction = 0.58;
 /// They are made smaller by this factor until they can be packed, and not smaller than `smallestStart`.
 constexpr double smaller = 0.85, smallestStart = 0.25;
-constexpr std::int64_t sweepsForStart = 3000;
+/// Sweeps for that at full size, where the result may need no deformation, and for smaller cells: where these
+/// need more, still smaller ones are sooner packed and grown.
+constexpr std::int64_t sweepsForResult = 3000, sweepsForStart = 300;
 /// Gap that they begin with, as a share of the range of the barrier.
 constexpr double startGap = 0.35;
 /// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
@@ -44,14 +46,16 @@ constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
-/// will not decrease much any more, and suffices if it is within the limit.
+/// will not decrease much any more: it suffices if it is within the limit, otherwise cells begin elsewhere.
 constexpr double worthResting = 0.9;
 /// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less
 /// of the range of the wall's barrier.
 constexpr int mostUnfolded = 3;
 constexpr double wallFactor = 0.5;
-/// Where forces or changes stay too large, cells begin elsewhere.
-constexpr int mostAttempts = 3;
+/// Where forces or changes stay too large, cells begin elsewhere. Few cells do so, too, where forces are
+/// within the limits but larger than usual: whether one has a sharp fold depends on where it began. Of many
+/// cells, some have one wherever they begin.
+constexpr int mostAttempts = 3, fewCells = 32;
 /// If fewer cells suffice: share of the time for all of them, how often cells are taken out, and iterations
 /// of the others then.
 constexpr double shareOfAll = 0.6;
@@ -60,7 +64,7 @@ constexpr std::int64_t iterationsOfRound = 3000;
 /// Of cells of full size that are deformed too much, at most this share is taken out at once.
 constexpr double mostOfDeformed = 0.1;
 /// Iterations between two looks at HemoCell's forces.
-constexpr std::int64_t lookEvery = 10;
+constexpr std::int64_t lookEvery = 5;
 constexpr std::int64_t reportEvery = 10;
 /// In boxes, after cells have grown and bending has its own stiffness: iterations, and decrease of the
 /// logarithm of the largest force in one.
@@ -195,12 +199,9 @@ class SoftPacker {
 
   SoftPacking run() {
     if (problem_.resume) resume(*problem_.resume);
-    SoftPacking out;
-    for (; attempt_ < mostAttempts; ++attempt_) {
-      out = attempt();
-      const bool beyondLimits = out.outcome == Outcome::outOfReach && out.iterations > 0 && out.scale == 1.0;
-      if (!beyondLimits || control_.stopped()) break;
-    }
+    SoftPacking out = attempt();
+    while (beginsElsewhere(out)) out = attempt();
+    if (best_.result && out.outcome == Outcome::outOfReach) out = *best_.result;  // for want of time
     const bool failed = out.outcome == Outcome::outOfReach;
     if (cells_ && problem_.checkpoints &&
         (out.outcome == Outcome::interrupted || (failed && limits_.savesFailed)))
@@ -210,6 +211,34 @@ class SoftPacker {
   }
 
  private:
+  /// Whether there is another attempt after one that ended so. After the last one the best one is the result;
+  /// it is repeated if this run has continued from a state after it.
+  bool beginsElsewhere(SoftPacking& out) {
+    if (repeats_ || control_.stopped()) return false;
+    const bool ended = out.iterations > 0 && out.scale == 1.0, failed = out.outcome == Outcome::outOfReach;
+    const bool unusual = ended && !failed && isUnusual(out.most);
+    if (unusual && (best_.attempt < 0 || out.most.force < best_.force))
+      best_ = {attempt_, out.most.force, scale_, out};
+    if (((ended && failed) || unusual) && attempt_ + 1 < mostAttempts) {
+      ++attempt_;
+      return true;
+    }
+    if ((!failed && !unusual) || best_.attempt < 0) return false;
+    attempt_ = best_.attempt;
+    scale_ = best_.scale;
+    repeats_ = !best_.result;
+    if (repeats_) return true;
+    out = *best_.result;
+    if (out.end) out.end->soft->counters[5] = true;
+    return false;
+  }
+
+  bool isUnusual(const Deformation& most) const {
+    return most.force > limits_.usual &&
+           std::count_if(placed_.begin(), placed_.end(),
+                         [&](const BodyState& cell) { return grows_[cell.species]; }) <= fewCells;
+  }
+
   SoftPacking attempt() {
     SoftPacking out;
     if (!std::exchange(resumed_, false)) {
@@ -240,10 +269,10 @@ class SoftPacker {
   /// @return whether all have full size, and are within the limits
   bool growAndComeToRest(std::int64_t iterations, bool withCheckpoints) {
     SoftCells& cells = *cells_;
-    while (!atRest_ && !control_.stopped() && cells.iterations() < iterations) {
+    while (!rest_.reached && !control_.stopped() && cells.iterations() < iterations) {
       cells.step();
       report();
-      atRest_ = isAtRest();
+      rest_.reached = isAtRest();
       if (withCheckpoints && problem_.checkpoints && problem_.checkpoints->due &&
           problem_.execution.communicator.any(problem_.checkpoints->due()))
         problem_.checkpoints->save(state());
@@ -254,18 +283,19 @@ class SoftPacker {
   /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
   bool isAtRest() {
     const SoftCells& cells = *cells_;
-    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > tolerance_)
+    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > rest_.tolerance)
       return false;
     const Deformation most = largestDeformation();
-    if ((most.force <= limits_.aim && limits_.allow(most)) || tolerance_ <= leastAtRest) return true;
-    if (unfolded_ < mostUnfolded) {
+    if ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest) return true;
+    if (rest_.unfolded < mostUnfolded) {
       cells_->unfold(wallFactor);
-      ++unfolded_;
+      ++rest_.unfolded;
       return false;
     }
-    if (limits_.allow(most) && forceBefore_ > 0.0 && most.force > worthResting * forceBefore_) return true;
-    forceBefore_ = most.force;
-    tolerance_ *= 0.5;
+    const bool suffices = (limits_.allow(most) && !isUnusual(most)) || attempt_ + 1 < mostAttempts;
+    if (suffices && rest_.forceBefore > 0.0 && most.force > worthResting * rest_.forceBefore) return true;
+    rest_.forceBefore = most.force;
+    rest_.tolerance *= 0.5;
     return false;
   }
 
@@ -284,11 +314,15 @@ class SoftPacker {
     cells_->save(soft);
     soft.membranes = membranesDigest_;
     soft.counters[1] = attemptOfCells_;
-    soft.counters[2] = atRest_;
+    soft.counters[2] = rest_.reached;
+    soft.counters[3] = rest_.unfolded;
+    soft.counters[4] = best_.attempt + 1;
+    soft.counters[5] = repeats_;
     soft.numbers[2] = scale_;
-    soft.numbers[3] = tolerance_;
-    soft.numbers[4] = forceBefore_;
-    soft.counters[3] = unfolded_;
+    soft.numbers[3] = rest_.tolerance;
+    soft.numbers[4] = rest_.forceBefore;
+    soft.numbers[5] = best_.force;
+    soft.numbers[6] = best_.scale;
     return out;
   }
 
@@ -311,11 +345,10 @@ class SoftPacker {
     soft.cells = ranks.gatherAll(soft.cells);
     soft.vertices = ranks.gatherAll(soft.vertices);
     cells_->restore(soft);
-    atRest_ = soft.counters[2] != 0;
-    tolerance_ = soft.numbers[3];
-    forceBefore_ = soft.numbers[4];
-    unfolded_ = int(soft.counters[3]);
-    cells_->narrowWall(std::pow(wallFactor, unfolded_));
+    rest_ = {soft.counters[2] != 0, soft.numbers[3], soft.numbers[4], int(soft.counters[3])};
+    best_ = {int(soft.counters[4]) - 1, soft.numbers[5], soft.numbers[6], {}};
+    repeats_ = soft.counters[5] != 0;
+    cells_->narrowWall(std::pow(wallFactor, rest_.unfolded));
     resumed_ = true;
   }
 
@@ -404,7 +437,7 @@ class SoftPacker {
       };
     Limits& limits = small.execution.limits;
     limits.fewerCells = limits.someCloser = false;
-    limits.maxSweeps = std::min(sweepsForStart, limits.maxSweeps);
+    limits.maxSweeps = std::min(scale == 1.0 ? sweepsForResult : sweepsForStart, limits.maxSweeps);
     if (control_.limited())
       limits.maxSeconds = std::max(Limits::leastSeconds, limits.maxSeconds - control_.elapsed());
     PackingResult packed;
@@ -453,10 +486,7 @@ class SoftPacker {
     if (std::all_of(cells.begin(), cells.end(), [](const SoftCell& cell) { return cell.scale == 1.0; }))
       settings.stiffening = 1.0;  // it is for cells that grow
     attemptOfCells_ = attempt_;
-    atRest_ = false;
-    tolerance_ = atRest;
-    forceBefore_ = 0.0;
-    unfolded_ = 0;
+    rest_ = {};
     cells_ = std::make_unique<SoftCells>(std::move(cells), physics_.container->period(), walls_, settings,
                                          problem_.execution.threads, problem_.execution.communicator);
   }
@@ -509,7 +539,7 @@ class SoftPacker {
   std::int64_t iterationsLeft() const {
     const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
     if (untilFull > 0) return untilFull + usualRest;
-    if (tolerance_ < atRest) return 0;
+    if (rest_.tolerance < atRest) return 0;
     return std::max<std::int64_t>(1, std::llround(std::log(cells_->largestForce() / atRest) / usualDecay));
   }
 
@@ -531,12 +561,21 @@ class SoftPacker {
   double scale_ = 1.0;
   int attempt_ = 0, attemptOfCells_ = 0;
   bool resumed_ = false;  ///< the attempt begins with cells that are there
+  /// Of attempts within the limits but with unusual forces, the one with the least.
+  struct Best {
+    int attempt = -1;  ///< -1: none
+    double force = 0.0, scale = 0.0;
+    std::optional<SoftPacking> result = {};  ///< none if this run has continued from a state after it
+  } best_;
+  bool repeats_ = false;  ///< this attempt is that one again
   std::string membranesDigest_;
-  // Whether the cells are at rest, and what decides it: the largest force of the method, and HemoCell's the
-  // last time that the method's was small enough; 0: not yet [pN]
-  bool atRest_ = false;
-  double tolerance_ = atRest, forceBefore_ = 0.0;
-  int unfolded_ = 0;  ///< how often sharp folds were opened
+  /// Whether the cells are at rest, and what decides it.
+  struct Rest {
+    bool reached = false;
+    double tolerance = atRest;  ///< largest force of the method with which they are at rest [pN]
+    double forceBefore = 0.0;   ///< HemoCell's the last time that it was so small; 0: not yet [pN]
+    int unfolded = 0;           ///< how often sharp folds were opened
+  } rest_;
   Physics small_;
   std::vector<BodyState> placed_;  ///< undeformed, of all ranks, with shapes of small_
   std::vector<WallGap> walls_;

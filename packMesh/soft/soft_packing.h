@@ -41,6 +41,7 @@ struct SoftLimits {
   double volume = 0.05;  ///< change of that of a cell [fraction]
   double area = 0.15;    ///< likewise
   double aim = 3.0;      ///< with less force than this, packing ends [pN]
+  double usual = 5.0;    ///< where few cells have more force than this, they begin elsewhere [pN]
 
   std::int64_t iterations = 20000;
   /// If not all cells can be packed: whether those that find no room are taken out until the others can.
