@@ -46,7 +46,7 @@ constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
-/// will not decrease much any more: it suffices if it is within the limit, otherwise cells begin elsewhere.
+/// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
 /// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less
 /// of the range of the wall's barrier.
@@ -292,7 +292,7 @@ class SoftPacker {
       ++rest_.unfolded;
       return false;
     }
-    const bool suffices = (limits_.allow(most) && !isUnusual(most)) || attempt_ + 1 < mostAttempts;
+    const bool suffices = limits_.allow(most) && (!isUnusual(most) || attempt_ + 1 < mostAttempts);
     if (suffices && rest_.forceBefore > 0.0 && most.force > worthResting * rest_.forceBefore) return true;
     rest_.forceBefore = most.force;
     rest_.tolerance *= 0.5;
