@@ -263,9 +263,9 @@ class Search {
   /// The densest packing so far, and the next fraction that was tried without success [multiples of `rung`].
   std::int64_t packed_ = 0, beyond_ = topRung;
   bool relocates_ = false;  ///< cells that are stuck are put elsewhere
-  bool exceeds_ =
-      false;             ///< trials can have more cells than requested, so that they are those of any request
-  bool hasAll_ = false;  ///< found_.packing has all requested cells
+  /// Trials can have more cells than requested, so that they are those of any request.
+  bool exceeds_ = false;
+  bool hasAll_ = false;       ///< found_.packing has all requested cells
   std::int64_t filling_ = 0;  ///< number of the trial that adds cells to a packing; 0: none does
   Densest found_;
 };

@@ -217,8 +217,10 @@ class SoftPacker {
     if (repeats_ || control_.stopped()) return false;
     const bool ended = out.iterations > 0 && out.scale == 1.0, failed = out.outcome == Outcome::outOfReach;
     const bool unusual = ended && !failed && isUnusual(out.most);
-    if (unusual && (best_.attempt < 0 || out.most.force < best_.force))
+    if (unusual && (best_.attempt < 0 || out.most.force < best_.force)) {
       best_ = {attempt_, out.most.force, scale_, out};
+      if (auto& end = best_.result->end) end->soft->counters[5] = true;  // it is that attempt
+    }
     if (((ended && failed) || unusual) && attempt_ + 1 < mostAttempts) {
       ++attempt_;
       return true;
@@ -227,10 +229,8 @@ class SoftPacker {
     attempt_ = best_.attempt;
     scale_ = best_.scale;
     repeats_ = !best_.result;
-    if (repeats_) return true;
-    out = *best_.result;
-    if (out.end) out.end->soft->counters[5] = true;
-    return false;
+    if (best_.result) out = *best_.result;
+    return repeats_;
   }
 
   bool isUnusual(const Deformation& most) const {
