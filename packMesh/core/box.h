@@ -57,16 +57,16 @@ inline GridIndex gridIndex(const Vec3& p, const Vec3& edge) {
   return cell;
 }
 
-/// Different for cells within 2^20 of the origin along each axis.
+constexpr std::int64_t keyRange = std::int64_t(1) << 21;
+
+/// Different for cells within half of keyRange of the origin along each axis.
 inline std::int64_t keyOf(const GridIndex& cell) {
-  constexpr std::int64_t range = std::int64_t(1) << 21;
-  return (cell[2] * range + cell[1]) * range + cell[0];
+  return (cell[2] * keyRange + cell[1]) * keyRange + cell[0];
 }
 
 /// The cell of a key without negative indices.
 inline GridIndex cellOfKey(std::int64_t key) {
-  constexpr std::int64_t range = std::int64_t(1) << 21;
-  return {key % range, key / range % range, key / range / range};
+  return {key % keyRange, key / keyRange % keyRange, key / keyRange / keyRange};
 }
 
 }  // namespace packmesh

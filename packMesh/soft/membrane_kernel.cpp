@@ -31,12 +31,40 @@ inline void put(float* to, int i, const V& v) {
   Access::store(v.x, to, i), Access::store(v.y, to, i + 1), Access::store(v.z, to, i + 2);
 }
 
+/// A cell as a whole.
+struct RigidMotion {
+  V center, shift, turn;
+  V at(const V& position) const { return shift + cross(turn, position - center); }
+};
+
+/// The step of a rigid cell: membranes push it only slowly, vertex by vertex, since they have no force on the
+/// whole cell. Pre: forces are those of contacts alone
+/// @param base stiffness that is added to that of the contacts [pN/µm]
+RigidMotion rigidMotion(const MembraneView& m, const MembraneBatch& batch, const Lanes& base) {
+  const V zero{splat(0.0f), splat(0.0f), splat(0.0f)};
+  V center = zero, force = zero, torque = zero;
+  for (int v = 0; v < m.vertices; ++v) center = center + get(batch.position, 3 * v);
+  center = splat(1.0f / float(m.vertices)) * center;
+  Lanes stiffness = base, ofTurn = base;  // the latter is that of a turn at 1 µm
+  for (int v = 0; v < m.vertices; ++v) {
+    const V f = get(batch.force, 4 * v), r = get(batch.position, 3 * v) - center;
+    const Lanes k = Access::load(batch.force, 4 * v + 3);
+    force = force + f;
+    torque = torque + cross(r, f);
+    stiffness += k;
+    ofTurn += k * dot(r, r);
+  }
+  return {center, (splat(1.0f) / stiffness) * force, (splat(1.0f) / ofTurn) * torque};
+}
+
 void advance(const MembraneView& m, const MembraneBatch& batch, const StepSettings& settings) {
   const Lanes zero = splat(0.0f), tiny = splat(tinySquare);
   const Lanes scale = load(batch.scale), moves = load(batch.moves);
   MembraneLaws<Access> laws(m, batch.position, scale, batch.scratch);
   const Lanes volume = laws.measure();
   store(volume, batch.volume);
+  const Lanes base = splat(settings.stiffness) / scale;
+  const RigidMotion together = rigidMotion(m, batch, base);
   laws.addTo(volume, batch.force);
 
   // A cell whose last step went uphill loses its momentum.
@@ -48,12 +76,11 @@ void advance(const MembraneView& m, const MembraneBatch& batch, const StepSettin
   }
   store(squareRoot(largestForce), batch.largestForce);
   const Lanes momentum = select(power < zero, zero, splat(settings.momentum));
-  const Lanes base = splat(settings.stiffness) / scale;
   Lanes farthest = zero;
   for (int v = 0; v < m.vertices; ++v) {
     const V f = get(batch.force, 4 * v);
     const Lanes mobility = splat(1.0f) / (base + Access::load(batch.force, 4 * v + 3));
-    V step = momentum * get(batch.step, 3 * v) + mobility * f;
+    V step = momentum * get(batch.step, 3 * v) + mobility * f + together.at(get(batch.position, 3 * v));
     const Lanes most = smaller(settings.shareOfGap * Access::load(batch.gap, v), splat(settings.most));
     const Lanes length = squareRoot(dot(step, step) + tiny);
     step = (moves * smaller(splat(1.0f), most / length)) * step;

@@ -21,7 +21,7 @@ constexpr double volumeShare = 0.4;
 /// Contacts are listed again when a vertex has moved by this share of the skin; half of it is the limit.
 constexpr double listedFor = 0.45;
 /// Decrease of the additional stiffness of bending in each iteration after cells have grown.
-constexpr double softening = 0.95;
+constexpr double softening = 0.92;
 constexpr float leastGap = 4e-6f;  // [µm] rounding of positions and distances
 
 }  // namespace

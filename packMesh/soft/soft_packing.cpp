@@ -32,7 +32,7 @@ constexpr double easyFraction = 0.52, possibleFraction = 0.58;
 constexpr double smaller = 0.85, smallestStart = 0.25;
 /// Sweeps for that at full size, where the result may need no deformation, and for smaller cells: where these
 /// need more, still smaller ones are sooner packed and grown.
-constexpr std::int64_t sweepsForResult = 3000, sweepsForStart = 300;
+constexpr std::int64_t sweepsForResult = 3000, sweepsForStart = 100;
 /// Gap that they begin with, as a share of the range of the barrier.
 constexpr double startGap = 0.35;
 /// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
@@ -56,6 +56,8 @@ constexpr double wallFactor = 0.5;
 /// within the limits but larger than usual: whether one has a sharp fold depends on where it began. Of many
 /// cells, some have one wherever they begin.
 constexpr int mostAttempts = 3, fewCells = 32;
+/// Attempts of one seed must not be those of others: bits of a seed that nobody uses.
+constexpr int seedBits = 62;
 /// If fewer cells suffice: share of the time for all of them, how often cells are taken out, and iterations
 /// of the others then.
 constexpr double shareOfAll = 0.6;
@@ -423,7 +425,7 @@ class SoftPacker {
     // Those of full size are a result, if there are any.
     const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
     Physics small = scaledPhysics(physics_, grows_, scale, gap);
-    small.seed += std::uint64_t(attempt_);
+    small.seed += std::uint64_t(attempt_) << seedBits;
     return small;
   }
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Does a developed start save iterations? Cases for HemoCell, and the tables and the figure of docs/explanation/starts.md.
 
-    starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N]    writes a case for HemoCell's pipe program
+    starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N] [--soft]    writes a case for HemoCell's pipe program
     starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
 
 START is uniform, developed, a profile (.txt), the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start where they were (they
@@ -67,6 +67,8 @@ def write_case(words):
         start += " <clearance> 0 </clearance> <wallClearance> 0 </wallClearance>"
     if before.suffix == ".txt":
         start = f"<profile> {before.resolve()} </profile>"
+    if words.soft:
+        start += " <soft> true </soft>"
     folder.mkdir(parents=True)
     if before.is_dir():
         (folder / CONTINUES).write_text(before.name)
@@ -91,6 +93,8 @@ class RunOfStudy:
         self.hematocrit = float(packing.find("hematocrit").text)
         profile = packing.findtext("profile", "").strip()
         self.start = f"profile {Path(profile).stem}" if profile.endswith(".txt") else profile or "uniform"
+        if packing.find("soft") is not None:
+            self.start += ", soft"
         if packing.find("blood") is not None:
             source = Path(packing.find("blood").text.strip()).parent  # the folder of a run, at the end of which the state was written
             self.start = f"blood of {period_of(source):.1f} µm after {iterations_of(source):,} iterations"
@@ -261,6 +265,7 @@ def main():
     case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")
     case.add_argument("--iterations", type=int, default=80000)
     case.add_argument("--reynolds", type=float, default=0.2)
+    case.add_argument("--soft", action="store_true", help="cells may deform")
     case.add_argument("--envelope", type=int, default=31, help="of particles [nodes] (31)")
     tables = commands.add_parser("table", help="compare runs")
     tables.add_argument("folder")

@@ -142,6 +142,13 @@ def test_cells_that_leave_are_no_losses(drive):
     assert all((word in code) == (drive == "periodic") for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
 
 
+@pytest.mark.parametrize("cells", ["plugin", "pos"])
+def test_a_signal_while_cells_are_packed_is_kept(cells):
+    """It would end the case without a checkpoint."""
+    code = case_folder.of_kinds((SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text(), {cells, "single", "periodic"})
+    assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index("loadParticles(hemocell)" if cells == "plugin" else "loadParticles()")
+
+
 def test_a_facet_is_no_end(tmp_path):
     """A small flat part of the wall with a sharp edge, of few edges."""
     vertices, triangles = swept(straight(), 10.0)

@@ -69,23 +69,29 @@ TEST_CASE("cells fold in a tube that is too narrow for them", "[soft]") {
 }
 
 TEST_CASE("few cells with large forces begin elsewhere, and the best attempt counts", "[soft]") {
-  SoftLimits limits;
-  limits.usual = limits.force;
-  PackingProblem problem = boxAt(0.85, 6);
-  std::vector<double> each;
-  for (int k = 0; k < 3; ++k, ++problem.physics.seed)
-    each.push_back(packSoft(problem, {{}}, limits).most.force);
-  const double least = *std::min_element(each.begin(), each.end());
-  problem.physics.seed -= 3;
+  SoftLimits once, limits;
+  once.usual = once.force;
   limits.usual = 0.1;
-  const SoftPacking packed = packSoft(problem, {{}}, limits);
-  CHECK(packed.outcome == Outcome::certified);
-  CHECK(packed.most.force <= 1.01 * least);
+  PackingProblem problem = boxAt(0.85, 6);
+  std::vector<double> first, best;
+  for (int k = 0; k < 5; ++k, ++problem.physics.seed) {
+    first.push_back(packSoft(problem, {{}}, once).most.force);
+    const SoftPacking packed = packSoft(problem, {{}}, limits);
+    CHECK(packed.outcome == Outcome::certified);
+    best.push_back(packed.most.force);
+    CHECK(best.back() <= first.back());
+  }
+  CHECK(best != first);
+  for (std::size_t a = 0; a < 5; ++a)  // the attempts of a seed are not those of another one
+    for (std::size_t b = 0; b < 5; ++b) {
+      if (a == b) continue;
+      CHECK(best[a] != first[b]);
+      CHECK(best[a] != best[b]);
+    }
   problem.physics.species[0].count = 40;  // these are not few
   problem.physics.container = boxAt(0.85, 40).physics.container;
   const SoftPacking many = packSoft(problem, {{}}, limits);
-  limits.usual = limits.force;
-  CHECK(many.most.force == packSoft(problem, {{}}, limits).most.force);
+  CHECK(many.most.force == packSoft(problem, {{}}, once).most.force);
 }
 
 TEST_CASE("the pose of a deformed cell is that of the template that fits best", "[soft]") {
