@@ -56,8 +56,7 @@ constexpr double wallFactor = 0.5;
 /// within the limits but larger than usual: whether one has a sharp fold depends on where it began. Of many
 /// cells, some have one wherever they begin.
 constexpr int mostAttempts = 3, fewCells = 32;
-/// Attempts of one seed must not be those of others: bits of a seed that nobody uses.
-constexpr int seedBits = 62;
+constexpr int seedBits = 62;  // that nobody uses, so that attempts of one seed are not those of others
 /// If fewer cells suffice: share of the time for all of them, how often cells are taken out, and iterations
 /// of the others then.
 constexpr double shareOfAll = 0.6;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a Debian package of packMesh on a bare Debian 12 and runs it there; needs root and debootstrap.
 #   cpack -G DEB --config build/CPackConfig.cmake -B /tmp/deb
-#   scripts/packaging/test_deb.sh /tmp/deb/packmesh_1.1.0_amd64.deb [folder of the system, made when absent]
+#   scripts/packaging/test_deb.sh /tmp/deb/packmesh_1.2.0_amd64.deb [folder of the system, made when absent]
 set -euo pipefail
 package=$(realpath "$1")
 system=${2:-$(mktemp -d)/bookworm}

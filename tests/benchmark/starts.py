@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Does a developed start save iterations? Cases for HemoCell, and the tables and the figure of docs/explanation/starts.md.
 
-    starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N] [--soft]    writes a case for HemoCell's pipe program
+    starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N] [--soft] --cells FOLDER    writes a case for HemoCell's pipe program
     starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
 
 START is uniform, developed, a profile (.txt), the state (.h5) of an earlier run, or the folder of one, which is continued: its cells start where they were (they
@@ -75,7 +75,7 @@ def write_case(words):
     tube = subprocess.run([HERE / "scripts/make_tube.sh", str(words.length), str(RADIUS), "96"], capture_output=True, check=True)
     (folder / "tube.stl").write_bytes(tube.stdout)
     for name in ("RBC.xml", "PLT.xml"):
-        (folder / name).write_bytes((HERE / "examples/pipe" / name).read_bytes())
+        (folder / name).write_bytes((Path(words.cells) / name).read_bytes())
     (folder / "config.xml").write_text(CASE.format(
         spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds, envelope=words.envelope,
         iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit, seed=words.seed, start=start))
@@ -265,6 +265,7 @@ def main():
     case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")
     case.add_argument("--iterations", type=int, default=80000)
     case.add_argument("--reynolds", type=float, default=0.2)
+    case.add_argument("--cells", required=True, help="folder of HemoCell's RBC.xml and PLT.xml, examples/pipeflow in its tree")
     case.add_argument("--soft", action="store_true", help="cells may deform")
     case.add_argument("--envelope", type=int, default=31, help="of particles [nodes] (31)")
     tables = commands.add_parser("table", help="compare runs")
