@@ -31,7 +31,7 @@ struct SoftSettings {
   double shareOfGap = 0.4;       ///< largest step: with less than a half nothing can meet
   double swelling = 0.006;       ///< of the scale per iteration
   double mostCompressed = 0.03;  ///< cells whose volume lacks more of that at rest do not grow
-  /// Of bending as long as cells grow, so that they fold in few large folds; it then decreases to 0.92
+  /// Of bending as long as cells grow, so that they fold in few large folds; it then decreases
   /// in each iteration.
   double stiffening = 5.0;
 };

@@ -121,8 +121,7 @@ TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
   const TriangleMesh sphere = sample::roundSphere(3, 1.0);
   const std::vector<Vec3> before = placedAt(crowd.mesh, 1.0, Vec3::Zero());  // the axis along y
   double bottom = 0.0;
-  for (const Vec3& v : before)
-    if (v.x() > 2.8 && std::abs(v.z()) < 0.6) bottom = std::min(bottom, v.y());
+  for (const Vec3& v : before) bottom = std::min(bottom, v.y());
   const auto other = std::make_shared<const Membrane>(sphere, MembraneConstants());
   SoftCells cells(
       {{crowd.membrane, before, 1.0}, {other, placedAt(sphere, 1.0, Vec3(2.8, bottom - 1.02, 0)), 1.0, true}},
@@ -130,10 +129,11 @@ TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
   cells.step();
   const std::vector<Vec3> after = cells.vertices(0);
   // No force acts on the other side, which was at rest: it moves as a rigid body does.
-  double most = 0.0;
+  double most = 0.0, mean = 0.0;  // [µm]
   std::vector<Vec3> there, moved;
   for (std::size_t v = 0; v < before.size(); ++v) {
     most = std::max(most, after[v].y() - before[v].y());
+    mean += (after[v].y() - before[v].y()) / double(before.size());
     if (before[v].x() > -1.0) continue;
     there.push_back(before[v]);
     moved.push_back(after[v]);
@@ -142,10 +142,10 @@ TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
   double deformed = 0.0;
   for (std::size_t v = 0; v < there.size(); ++v)
     deformed = std::max(deformed, (pose.placement()(there[v]) - moved[v]).norm());
-  CHECK(most > 1e-4);
-  CHECK((moved[0] - there[0]).norm() > 1e-3 * most);
-  CHECK(Eigen::AngleAxisd(pose.orientation).angle() > 1e-5 * most);
-  CHECK(deformed < 1e-2 * (moved[0] - there[0]).norm());
+  CHECK(most > 0.01);
+  CHECK(mean > 0.3 * most);
+  CHECK(Eigen::AngleAxisd(pose.orientation).angle() > 0.1 * most);
+  CHECK(deformed < 0.01 * most);
 }
 
 TEST_CASE("walls keep cells, and fixed cells keep their place", "[soft]") {
