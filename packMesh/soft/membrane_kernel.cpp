@@ -37,9 +37,8 @@ struct RigidMotion {
   V at(const V& position) const { return shift + cross(turn, position - center); }
 };
 
-/// The step of a rigid cell. Steps of vertices alone move it slowly, since they pass a push on from one to the
-/// next.
-/// Pre: forces are those of contacts alone
+/// The step of a rigid cell. Steps of vertices alone move it slowly, since they pass a push on from one to
+/// the next. Pre: forces are those of contacts alone
 /// @param base stiffness that is added to that of the contacts [pN/µm]
 RigidMotion rigidMotion(const MembraneView& m, const MembraneBatch& batch, const Lanes& base) {
   const V zero{splat(0.0f), splat(0.0f), splat(0.0f)};

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <numeric>
 #include <tuple>
 
@@ -22,7 +22,8 @@ constexpr double volumeShare = 0.4;
 constexpr double listedFor = 0.45;
 /// Decrease of the additional stiffness of bending in each iteration after cells have grown.
 constexpr double softening = 0.92;
-constexpr float leastGap = 4e-6f;  // [µm] rounding of positions and distances
+constexpr float leastGap = 4e-6f;   // [µm] rounding of positions and distances
+constexpr std::size_t oneOf = 100;  // cells may have a larger force than usual
 
 }  // namespace
 
@@ -126,6 +127,7 @@ void SoftCells::addCells(const std::vector<SoftCell>& cells, const Communicator&
     cell.scale = float(cells[i].scale);
     smallestScale_ = std::min(smallestScale_, double(cell.scale));
     const std::vector<Vec3>& vertices = cells[i].vertices;
+    cell.position.reserve(4 * vertices.size());
     cell.anchor =
         std::accumulate(vertices.begin(), vertices.end(), Vec3(Vec3::Zero())) / double(vertices.size());
     for (const Vec3& v : vertices) {
@@ -189,20 +191,30 @@ std::int64_t SoftCells::iterationsUntilFull(double startScale) const {
 
 /// What the batches of all ranks have in common.
 void SoftCells::summarize() {
-  float farthest = 0.0f, force = 0.0f;
+  float farthest = 0.0f;
   double scale = 1.0;
   for (const Batch& batch : batches_)
     for (int lane = 0; lane < int(batch.cells.size()); ++lane) {
       farthest = std::max(farthest, batch.farthest[lane]);
-      force = std::max(force, batch.moves[lane] * batch.largestForce[lane]);
       scale = std::min(scale, double(batch.scale[lane]));
     }
   std::vector<std::int64_t> none;
-  std::vector<double> most = {farthest, force, -scale};
+  std::vector<double> most = {farthest, -scale};
   shares_.ranks().sumAndMax(none, most);
   farthest_ = float(most[0]);
-  largestForce_ = most[1];
-  smallestScale_ = -most[2];
+  smallestScale_ = -most[1];
+}
+
+double SoftCells::usualForce() const {
+  std::vector<float> own;
+  for (const Batch& batch : batches_)
+    for (int lane = 0; lane < int(batch.cells.size()); ++lane)
+      if (batch.moves[lane] > 0.0f) own.push_back(batch.largestForce[lane]);
+  std::vector<float> all = shares_.ranks().gatherAll(own);
+  const auto at = all.begin() + std::ptrdiff_t(all.size() / oneOf);
+  if (at == all.end()) return 0.0;
+  std::nth_element(all.begin(), at, all.end(), std::greater<float>());
+  return *at;
 }
 
 std::vector<Vec3> SoftCells::vertices(std::size_t i) const {
@@ -370,60 +382,13 @@ void SoftCells::forgetOthers() {
   }
 }
 
-/// Of each cell: the cells and their displacements to periodic images whose boxes are near its own; among
-/// them the cell itself.
 SoftNeighbors SoftCells::neighbors() const {
-  struct Image {
-    double lo, hi;  ///< along x
-    int cell;
-    Vec3 shift;
-  };
   const double reach = std::max(settings_.range, settings_.edgeRange) + skin_ + settings_.clearance;
-  const auto low = [](const Cell& c, int k) { return c.anchor[k] + c.box.lo[k]; };
-  const auto high = [](const Cell& c, int k) { return c.anchor[k] + c.box.hi[k]; };
-  Vec3 lo = Vec3::Constant(std::numeric_limits<double>::max()), hi = -lo;
+  std::vector<Box> boxes;
   for (const Cell& c : cells_)
-    for (int k = 0; k < 3; ++k) {
-      lo[k] = std::min(lo[k], low(c, k));
-      hi[k] = std::max(hi[k], high(c, k));
-    }
-  std::vector<Image> images;
-  double longest = 0.0;
-  for (const Cell& c : cells_) {
-    int first[3] = {0, 0, 0}, last[3] = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      if (period_[k] <= 0.0) continue;
-      first[k] = int(std::ceil((lo[k] - reach - high(c, k)) / period_[k]));
-      last[k] = int(std::floor((hi[k] + reach - low(c, k)) / period_[k]));
-    }
-    longest = std::max(longest, high(c, 0) - low(c, 0));
-    for (int x = first[0]; x <= last[0]; ++x)
-      for (int y = first[1]; y <= last[1]; ++y)
-        for (int z = first[2]; z <= last[2]; ++z) {
-          const Vec3 shift = Vec3(x, y, z).cwiseProduct(period_);
-          images.push_back({low(c, 0) + shift[0], high(c, 0) + shift[0], c.number, shift});
-        }
-  }
-  std::stable_sort(images.begin(), images.end(), [](const Image& a, const Image& b) { return a.lo < b.lo; });
-  SoftNeighbors near(cells_.size());
-  threads_.forEach(std::int64_t(cells_.size()), [&](std::int64_t i, int) {
-    const Cell& a = cells_[i];
-    auto at = std::lower_bound(images.begin(), images.end(), low(a, 0) - reach - longest,
-                               [](const Image& image, double x) { return image.lo < x; });
-    for (; at != images.end() && at->lo <= high(a, 0) + reach; ++at) {
-      const Cell& b = cells_[at->cell];
-      bool overlap = at->hi >= low(a, 0) - reach;
-      for (int k = 1; k < 3; ++k)
-        overlap = overlap && low(b, k) + at->shift[k] <= high(a, k) + reach &&
-                  high(b, k) + at->shift[k] >= low(a, k) - reach;
-      if (overlap) near[i].emplace_back(at->cell, at->shift);
-    }
-    std::sort(near[i].begin(), near[i].end(), [](const auto& p, const auto& q) {
-      return std::tuple(p.first, p.second[0], p.second[1], p.second[2]) <
-             std::tuple(q.first, q.second[0], q.second[1], q.second[2]);
-    });
-  });
-  return near;
+    boxes.push_back({c.anchor + Eigen::Map<const Eigen::Vector3f>(c.box.lo).cast<double>(),
+                     c.anchor + Eigen::Map<const Eigen::Vector3f>(c.box.hi).cast<double>()});
+  return nearBoxes(boxes, period_, reach, threads_);
 }
 
 void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near, Thread& thread) {

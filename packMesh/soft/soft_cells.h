@@ -78,7 +78,9 @@ class SoftCells {
   /// Iterations until then, if cells go on growing as since all had this scale.
   std::int64_t iterationsUntilFull(double startScale) const;
   double smallestScale() const { return smallestScale_; }
-  double largestForce() const { return largestForce_; }  ///< on one that moves, in the last step [pN]
+  /// Largest force on a vertex in the last step, of the cells that move, apart from the hundredth of them
+  /// with the largest: that of all would grow with their number [pN].
+  double usualForce() const;
 
   const std::vector<int>& mine() const { return shares_.mine(); }  ///< the cells of this rank, ascending
   /// Makes all cells known to all ranks, until the next step.
@@ -131,7 +133,7 @@ class SoftCells {
   std::vector<Thread> ofThread_;
   std::int64_t iterations_ = 0;
   double stiffening_;
-  double smallestScale_ = 1.0, largestForce_ = 0.0;
+  double smallestScale_ = 1.0;
   float farthest_ = 0.0f;  ///< of all vertices, since contacts were listed [µm]
   double skin_ = 0.0;      ///< of the lists [µm]
   float mostStep_ = 0.0f;  ///< of the current iteration [µm]

@@ -40,8 +40,8 @@ constexpr double startGap = 0.35;
 constexpr double shareOfMeanGap = 0.8;
 /// The least range, as a share of the usual one.
 constexpr double leastRange = 0.2;
-/// Cells are at rest when the largest force is less than this [pN]; halved, as long as HemoCell's forces are
-/// not as small as aimed at, down to the least.
+/// Cells are at rest when SoftCells::usualForce() is less than this [pN]; halved, as long as HemoCell's
+/// forces are not as small as aimed at, down to the least.
 constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
@@ -284,7 +284,7 @@ class SoftPacker {
   /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
   bool isAtRest() {
     const SoftCells& cells = *cells_;
-    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.largestForce() > rest_.tolerance)
+    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.usualForce() > rest_.tolerance)
       return false;
     const Deformation most = largestDeformation();
     if ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest) return true;
@@ -541,7 +541,7 @@ class SoftPacker {
     const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
     if (untilFull > 0) return untilFull + usualRest;
     if (rest_.tolerance < atRest) return 0;
-    return std::max<std::int64_t>(1, std::llround(std::log(cells_->largestForce() / atRest) / usualDecay));
+    return std::max<std::int64_t>(1, std::llround(std::log(cells_->usualForce() / atRest) / usualDecay));
   }
 
   void report() const {
@@ -573,7 +573,7 @@ class SoftPacker {
   /// Whether the cells are at rest, and what decides it.
   struct Rest {
     bool reached = false;
-    double tolerance = atRest;  ///< largest force of the method with which they are at rest [pN]
+    double tolerance = atRest;  ///< usual force of the method with which they are at rest [pN]
     double forceBefore = 0.0;   ///< HemoCell's the last time that it was so small; 0: not yet [pN]
     int unfolded = 0;           ///< how often sharp folds were opened
   } rest_;

@@ -2,6 +2,8 @@
 #include "packMesh/soft/soft_shares.h"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 
 #include "packMesh/parallel/blocks.h"
 
@@ -17,6 +19,50 @@ void sortOnce(std::vector<int>& numbers) {
 }
 
 }  // namespace
+
+SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, double reach,
+                        const Threads& threads) {
+  struct Image {
+    int cell;
+    Vec3 shift;
+    Box box;
+  };
+  Box bounds;
+  for (const Box& box : boxes) bounds.add(box);
+  std::vector<Image> images;
+  double longest = 0.0;  // along x
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Box& box = boxes[i];
+    int first[3] = {0, 0, 0}, last[3] = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      if (period[k] <= 0.0) continue;
+      first[k] = int(std::ceil((bounds.lo[k] - reach - box.hi[k]) / period[k]));
+      last[k] = int(std::floor((bounds.hi[k] + reach - box.lo[k]) / period[k]));
+    }
+    longest = std::max(longest, box.size().x());
+    for (int x = first[0]; x <= last[0]; ++x)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int z = first[2]; z <= last[2]; ++z) {
+          const Vec3 shift = Vec3(x, y, z).cwiseProduct(period);
+          images.push_back({int(i), shift, {box.lo + shift, box.hi + shift}});
+        }
+  }
+  std::stable_sort(images.begin(), images.end(),
+                   [](const Image& a, const Image& b) { return a.box.lo.x() < b.box.lo.x(); });
+  SoftNeighbors near(boxes.size());
+  threads.forEach(std::int64_t(boxes.size()), [&](std::int64_t i, int) {
+    const Box wanted = boxes[i].grownBy(reach);
+    auto at = std::lower_bound(images.begin(), images.end(), wanted.lo.x() - longest,
+                               [](const Image& image, double x) { return image.box.lo.x() < x; });
+    for (; at != images.end() && at->box.lo.x() <= wanted.hi.x(); ++at)
+      if (at->box.meets(wanted)) near[i].emplace_back(at->cell, at->shift);
+    std::sort(near[i].begin(), near[i].end(), [](const auto& p, const auto& q) {
+      return std::tuple(p.first, p.second[0], p.second[1], p.second[2]) <
+             std::tuple(q.first, q.second[0], q.second[1], q.second[2]);
+    });
+  });
+  return near;
+}
 
 SoftShares::SoftShares(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work,
                        const Communicator& ranks)

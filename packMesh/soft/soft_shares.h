@@ -7,14 +7,21 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/core/box.h"
 #include "packMesh/core/vector.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 
 namespace packmesh {
 
 /// Of each cell: the cells near it, and their displacements to periodic images.
 using SoftNeighbors = std::vector<std::vector<std::pair<int, Vec3>>>;
+
+/// Finds those whose boxes are within a distance; among them the cell itself.
+/// @param period of the lumen along each axis, 0 where it is not periodic [µm] @param reach [µm]
+SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, double reach,
+                        const Threads& threads);
 
 /// Cells are given to ranks block by block, where they begin.
 class SoftShares {
