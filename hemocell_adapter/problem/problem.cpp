@@ -94,7 +94,7 @@ std::optional<std::string> violationIn(const Scene& scene, const PlacedCell& cel
     return violationElsewhere(species, scene.lumen, cell.placement, deformed ? &shape.mesh() : nullptr);
   }
   if (scene.lumen.keptBox) {
-    const Sphere sphere = boundingSphere(shape.hierarchy(), cell.placement);
+    const Sphere sphere = boundingSphere(shape.sphere(), cell.placement);
     if (scene.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};
     for (const Vec3& p : vertices())
       for (int k = 0; k < 3; ++k)

@@ -35,7 +35,7 @@ class CertifiedCells {
     return species < input_.walls.size() ? input_.walls[species] : nullptr;
   }
   PlacedHierarchy mesh(std::int64_t cell) const { return {shape(cell).hierarchy(), placement(cell)}; }
-  Sphere sphere(std::int64_t cell) const { return boundingSphere(shape(cell).hierarchy(), placement(cell)); }
+  Sphere sphere(std::int64_t cell) const { return boundingSphere(shape(cell).sphere(), placement(cell)); }
   double volume(std::int64_t cell) const {
     return shape(cell).volume() * std::abs(placement(cell).linear.determinant());
   }

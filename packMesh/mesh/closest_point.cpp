@@ -84,9 +84,9 @@ int ClosestPoint::side(const Vec3& p, const Nearest& nearest) const {
 
 DiscSearch::DiscSearch(const MeshTree& tree, const ClosestPoint& surface)
     : tree_(tree), surface_(surface), kernels_(triangleKernels(chosenInstructionSet())) {
-  facts_.reserve(tree.mesh.triangles.size());
-  for (std::size_t t = 0; t < tree.mesh.triangles.size(); ++t)
-    facts_.push_back(factsOf(tree.mesh, static_cast<int>(t)));
+  facts_.reserve(tree.mesh->triangles.size());
+  for (std::size_t t = 0; t < tree.mesh->triangles.size(); ++t)
+    facts_.push_back(factsOf(*tree.mesh, static_cast<int>(t)));
 }
 
 void DiscSearch::search(Query& query) const {

@@ -98,7 +98,7 @@ class PairTest {
  private:
   static TreeView viewOf(const MeshTree& tree) {
     return {tree.quads.data(), reinterpret_cast<const float(*)[3]>(tree.vertices.data()),
-            reinterpret_cast<const int(*)[3]>(tree.mesh.triangles.data()), tree.discs.data()};
+            reinterpret_cast<const int(*)[3]>(tree.mesh->triangles.data()), tree.discs.data()};
   }
 
   /// Pairs further apart than this are irrelevant: best_ or more [frame of the first].
@@ -109,7 +109,7 @@ class PairTest {
 
   /// Returns the new limit; negative if the triangles meet.
   float examine(int a, int b, bool mayMeet) {
-    const TriangleMesh &first = first_.mesh, &second = second_.mesh;
+    const TriangleMesh &first = *first_.mesh, &second = *second_.mesh;
     const Vec3 p[3] = {firstPlacement_(first.corner(a, 0)), firstPlacement_(first.corner(a, 1)),
                        firstPlacement_(first.corner(a, 2))};
     const Vec3 q[3] = {secondPlacement_(second.corner(b, 0)), secondPlacement_(second.corner(b, 1)),
@@ -164,11 +164,14 @@ Containment containment(const MeshHierarchy& outer, const Placement& outerPlacem
 }  // namespace
 
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement) {
-  const MeshTree& tree = mesh.tree();
-  const Vec3 center = placement(tree.center);
+  return boundingSphere(Sphere{mesh.tree().center, mesh.tree().radius}, placement);
+}
+
+Sphere boundingSphere(const Sphere& ofBody, const Placement& placement) {
+  const Vec3 center = placement(ofBody.center);
   // Some tens of roundings of doubles in the centre and the radius.
   const double rounding = tolerance::culling + 1e-14 * center.cwiseAbs().sum();
-  return {center, tree.radius * largestStretch(placement.linear) * (1.0 + 1e-12) + rounding};
+  return {center, ofBody.radius * largestStretch(placement.linear) * (1.0 + 1e-12) + rounding};
 }
 
 MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacement,
@@ -262,8 +265,8 @@ Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3
         continue;
       }
       const int t = ~quad.content[lane];
-      const Vec3 a = placement(tree.mesh.corner(t, 0)), b = placement(tree.mesh.corner(t, 1)),
-                 c = placement(tree.mesh.corner(t, 2));
+      const Vec3 a = placement(tree.mesh->corner(t, 0)), b = placement(tree.mesh->corner(t, 1)),
+                 c = placement(tree.mesh->corner(t, 2));
       if (segmentCrossesTriangle(p, q, a, b, c))
         winding -= sideOfPlane(a, b, c, p);
       else if (segmentMeetsTriangle(p, q, a, b, c)) {

@@ -40,6 +40,8 @@ double surfaceGap(const MeshHierarchy& first, const Placement& firstPlacement, c
 
 /// A sphere that contains every world vertex of a placed mesh.
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement);
+/// The same of a mesh that has this sphere around its vertices in its body frame.
+Sphere boundingSphere(const Sphere& ofBody, const Placement& placement);
 
 /// True if `p` lies inside the closed mesh placed by `placement`: the surface winds around it, once or more
 /// often. Exact; points on the surface count as inside.

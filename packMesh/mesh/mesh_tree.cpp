@@ -15,14 +15,14 @@
 namespace packmesh {
 
 MeshHierarchy::MeshHierarchy(const TriangleMesh& mesh) : tree_(std::make_unique<MeshTree>(mesh)) {}
-MeshHierarchy::MeshHierarchy(std::vector<Vec3> vertices, const MeshHierarchy& undeformed)
-    : tree_(std::make_unique<MeshTree>(std::move(vertices), undeformed.tree())) {}
+MeshHierarchy::MeshHierarchy(std::shared_ptr<const TriangleMesh> mesh, const MeshHierarchy& undeformed)
+    : tree_(std::make_unique<MeshTree>(std::move(mesh), undeformed.tree())) {}
 MeshHierarchy::~MeshHierarchy() = default;
 MeshHierarchy::MeshHierarchy(MeshHierarchy&&) noexcept = default;
 MeshHierarchy& MeshHierarchy::operator=(MeshHierarchy&&) noexcept = default;
 
 const TriangleMesh& MeshHierarchy::mesh() const {
-  return tree_->mesh;
+  return *tree_->mesh;
 }
 
 namespace {
@@ -42,7 +42,7 @@ float up(double x) {
 
 class TreeBuilder {
  public:
-  explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(tree.mesh) {
+  explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(*tree.mesh) {
     const int count = static_cast<int>(mesh_.triangles.size());
     centroid_.reserve(count);
     normal_.reserve(count);
@@ -236,9 +236,9 @@ std::vector<int> componentSamples(const TriangleMesh& mesh) {
   return samples;
 }
 
-const TriangleMesh& notEmpty(const TriangleMesh& mesh) {
+std::shared_ptr<const TriangleMesh> notEmpty(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw MeshError("cannot build a hierarchy of a mesh without triangles");
-  return mesh;
+  return std::make_shared<const TriangleMesh>(mesh);
 }
 
 Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
@@ -261,8 +261,8 @@ MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(so
   measure();
 }
 
-MeshTree::MeshTree(std::vector<Vec3> positions, const MeshTree& undeformed)
-    : mesh{std::move(positions), undeformed.mesh.triangles},
+MeshTree::MeshTree(std::shared_ptr<const TriangleMesh> deformed, const MeshTree& undeformed)
+    : mesh(std::move(deformed)),
       quads(undeformed.quads),
       discs(undeformed.discs),
       samples(undeformed.samples) {
@@ -273,21 +273,22 @@ MeshTree::MeshTree(std::vector<Vec3> positions, const MeshTree& undeformed)
 void MeshTree::measure() {
   Box box;
   reach = 0.0;
-  for (const Triangle& t : mesh.triangles)
+  const std::vector<Vec3>& vertex = mesh->vertices;
+  for (const Triangle& t : mesh->triangles)
     for (int v : t) {
-      box.add(mesh.vertices[v]);
-      reach = std::max(reach, mesh.vertices[v].norm());
+      box.add(vertex[v]);
+      reach = std::max(reach, vertex[v].norm());
     }
   center = box.center();
   radius = 0.0;
-  for (const Triangle& t : mesh.triangles)
-    for (int v : t) radius = std::max(radius, (mesh.vertices[v] - center).norm());
+  for (const Triangle& t : mesh->triangles)
+    for (int v : t) radius = std::max(radius, (vertex[v] - center).norm());
   spread = flattest * radius * radius * Mat3::Identity();
-  const std::vector<Vec3>& points = hull.points().empty() ? mesh.vertices : hull.points();
+  const std::vector<Vec3>& points = hull.points().empty() ? vertex : hull.points();
   for (const Vec3& v : points) spread += (v - center) * (v - center).transpose() / points.size();
-  volume = std::abs(signedVolume(mesh));
-  centroid = volumeCentroid(mesh, center);
-  if (samples.empty()) samples = componentSamples(mesh);
+  volume = std::abs(signedVolume(*mesh));
+  centroid = volumeCentroid(*mesh, center);
+  if (samples.empty()) samples = componentSamples(*mesh);
 }
 
 double largestStretch(const Mat3& linear) {

@@ -28,8 +28,8 @@ class MeshHierarchy {
   /// @throws MeshError if the mesh has no triangles
   explicit MeshHierarchy(const TriangleMesh& mesh);
   /// Of a deformed form of another mesh: made in a tenth of the time, and somewhat slower to use.
-  /// @param vertices in the order of the other mesh [µm]
-  MeshHierarchy(std::vector<Vec3> vertices, const MeshHierarchy& undeformed);
+  /// @param mesh with the triangles of the other one; shared
+  MeshHierarchy(std::shared_ptr<const TriangleMesh> mesh, const MeshHierarchy& undeformed);
   ~MeshHierarchy();
   MeshHierarchy(MeshHierarchy&&) noexcept;
   MeshHierarchy& operator=(MeshHierarchy&&) noexcept;
@@ -51,7 +51,7 @@ struct PlacedHierarchy {
 };
 
 struct MeshTree {
-  TriangleMesh mesh;
+  std::shared_ptr<const TriangleMesh> mesh;
 
   std::vector<DiscQuad> quads;                 ///< the first has one lane, which contains the whole mesh
   std::vector<std::array<float, 3>> vertices;  ///< of the mesh [µm]
@@ -69,8 +69,8 @@ struct MeshTree {
   explicit MeshTree(const TriangleMesh& mesh);
   /// Of a deformed form of the mesh of another tree, of which it takes the patches: in a tenth of the time,
   /// with looser discs.
-  /// @param positions of the vertices in the order of the other mesh [µm]
-  MeshTree(std::vector<Vec3> positions, const MeshTree& undeformed);
+  /// @param mesh with the triangles of the other one
+  MeshTree(std::shared_ptr<const TriangleMesh> mesh, const MeshTree& undeformed);
 
  private:
   void measure();

@@ -20,6 +20,10 @@
 #include <sched.h>
 #endif
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace packmesh {
 namespace {
 
@@ -175,6 +179,12 @@ int Threads::atOnce() const {
 void Threads::run(std::int64_t items, const std::function<void(std::int64_t, int)>& work) const {
   if (team_->isHere()) return team_->run(items, work);
   for (std::int64_t i = 0; i < items; ++i) work(i, 0);
+}
+
+void returnFreedMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 }  // namespace packmesh

@@ -181,4 +181,7 @@ class WatchedLoop {
   int working_ = 0;  ///< threads that take items
 };
 
+/// Gives freed memory back to the system: other threads than the one that has freed it would not use it.
+void returnFreedMemory();
+
 }  // namespace packmesh

@@ -420,6 +420,7 @@ Shape::Shape(MeshHierarchy&& hierarchy, Field field)
       radius_(boundingRadius(mesh())),
       halfThickness_(halfThicknessOf(field)),
       reach_(reachOf(boundingSphere(*hierarchy_, Placement()))),
+      sphere_{hierarchy_->tree().center, hierarchy_->tree().radius},
       bound_(boundSupport(mesh())),
       contacts_(contactsWith(std::move(field))) {}
 
@@ -439,15 +440,16 @@ Shape::Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed
     : undeformed_(std::move(undeformed)),
       pending_(std::make_unique<Pending>()),
       halfThickness_(undeformed_->halfThickness()) {
-  TriangleMesh mesh{std::move(vertices), undeformed_->mesh().triangles};
-  volume_ = signedVolume(mesh);
-  radius_ = boundingRadius(mesh);
-  const Vec3 center = boundingBox(mesh).center();
-  double radius = 0.0;
-  for (const Vec3& v : mesh.vertices) radius = std::max(radius, (v - center).norm());
-  reach_ = reachOf({center, radius}) + tolerance::culling;
-  bound_ = boundSupport(mesh, fewRings);
-  pending_->vertices = std::move(mesh.vertices);
+  pending_->mesh =
+      std::make_shared<const TriangleMesh>(TriangleMesh{std::move(vertices), undeformed_->mesh().triangles});
+  pending_->hierarchy.emplace();
+  volume_ = signedVolume(mesh());
+  radius_ = boundingRadius(mesh());
+  sphere_ = {boundingBox(mesh()).center(), 0.0};
+  for (const Vec3& v : mesh().vertices)
+    sphere_.radius = std::max(sphere_.radius, (v - sphere_.center).norm());
+  reach_ = reachOf(sphere_) + tolerance::culling;
+  bound_ = boundSupport(mesh(), fewRings);
 }
 
 /// Pre: the mesh and its bound are there
@@ -459,10 +461,14 @@ Shape::Contacts Shape::contactsWith(Field field) const {
 }
 
 const MeshHierarchy& Shape::madeHierarchy() const {
-  std::call_once(pending_->hierarchy, [&] {
-    hierarchy_.emplace(std::exchange(pending_->vertices, {}), undeformed_->hierarchy());
-  });
+  std::call_once(*pending_->hierarchy, [&] { hierarchy_.emplace(pending_->mesh, undeformed_->hierarchy()); });
   return *hierarchy_;
+}
+
+void Shape::forgetHierarchy() const {
+  if (!pending_ || !hierarchy_) return;
+  hierarchy_.reset();
+  pending_->hierarchy.emplace();
 }
 
 const Shape::Contacts& Shape::madeContacts() const {

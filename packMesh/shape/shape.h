@@ -98,14 +98,18 @@ class Shape {
   /// [µm]. Pre: with its triangles they are a closed, outward-oriented surface
   Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed);
 
-  const TriangleMesh& mesh() const { return hierarchy().mesh(); }
+  const TriangleMesh& mesh() const { return pending_ ? *pending_->mesh : hierarchy_->mesh(); }
   const MeshHierarchy& hierarchy() const { return pending_ ? madeHierarchy() : *hierarchy_; }
+  /// Frees the hierarchy of a deformed cell until it is needed again: it is five times as large as the
+  /// vertices. Pre: no other thread uses the shape, and there is no reference to the hierarchy
+  void forgetHierarchy() const;
   /// Of a deformed cell: the template; otherwise nullptr.
   const std::shared_ptr<const Shape>& undeformed() const { return undeformed_; }
   double volume() const { return volume_; }  ///< volume of the mesh [µm³]
   double radius() const {
     return radius_;
   }  ///< radius of the smallest enclosing sphere around the body origin [µm]
+  const Sphere& sphere() const { return sphere_; }  ///< around all vertices, in the body frame [µm]
   /// Radius around the body origin that contains the bounding sphere of the mesh [µm].
   double reach() const { return reach_; }
   /// Largest depth of a point inside [µm]; of a deformed cell: that of its template.
@@ -126,8 +130,9 @@ class Shape {
   };
   /// Of a deformed cell: what is made later, and of what.
   struct Pending {
-    std::vector<Vec3> vertices;  ///< until there is a hierarchy
-    std::once_flag hierarchy, contacts;
+    std::shared_ptr<const TriangleMesh> mesh;
+    std::optional<std::once_flag> hierarchy;
+    std::once_flag contacts;
   };
 
   Shape(MeshHierarchy&& hierarchy, const Threads& threads);
@@ -141,6 +146,7 @@ class Shape {
   std::unique_ptr<Pending> pending_;
   mutable std::optional<MeshHierarchy> hierarchy_;
   double volume_, radius_, halfThickness_, reach_;
+  Sphere sphere_;
   SupportBound bound_;
   mutable std::optional<Contacts> contacts_;
 };

@@ -62,15 +62,16 @@ constexpr float tiny = 1e-20f;  // far below rounding; what has no normal keeps 
 template <int corners>
 void fitTo(const Clusters::Group<corners>& group, const float* positions,
            const std::vector<Eigen::Vector3f>& normals, Outline::Boxes& boxes) {
-  boxes.each.resize(group.blocks.size());
-  boxes.cones.resize(boxes.each.size());
-  boxes.sixteen.resize((boxes.each.size() + blockSize - 1) / blockSize);
+  boxes.cones.resize(group.blocks.size());
+  boxes.sixteen.resize((boxes.clusters() + blockSize - 1) / blockSize);
   boxes.blocks.resize(boxes.sixteen.size());
   for (FloatBox& box : boxes.sixteen) box.reset();
   std::vector<Eigen::Vector3f> ofCluster;
-  for (std::size_t b = 0; b < boxes.each.size(); ++b) {
-    FloatBox& box = boxes.each[b];
+  for (std::size_t b = 0; b < blockSize * boxes.blocks.size(); ++b) {
+    FloatBox box;
     box.reset();
+    boxes.setBox(b, box);
+    if (b >= boxes.clusters()) continue;
     ofCluster.clear();
     for (int c = 0; c < corners; ++c)
       for (int k = 0; k < group.counts[b]; ++k) {
@@ -80,15 +81,8 @@ void fitTo(const Clusters::Group<corners>& group, const float* positions,
     boxes.cones[b].fit(ofCluster);
     boxes.sixteen[b / blockSize].include(box.lo);
     boxes.sixteen[b / blockSize].include(box.hi);
+    boxes.setBox(b, box);
   }
-  FloatBox nothing;
-  nothing.reset();
-  for (std::size_t b = 0; b < blockSize * boxes.blocks.size(); ++b)
-    for (int k = 0; k < 3; ++k) {
-      const FloatBox& box = b < boxes.each.size() ? boxes.each[b] : nothing;
-      boxes.blocks[b / blockSize].lo[k][b % blockSize] = box.lo[k];
-      boxes.blocks[b / blockSize].hi[k][b % blockSize] = box.hi[k];
-    }
 }
 
 template <int corners>
@@ -172,7 +166,21 @@ void NormalCone::fit(const std::vector<Eigen::Vector3f>& normals) {
   sine = std::sin(left);
 }
 
-void Outline::fit(const Membrane& membrane, const Clusters& clusters, const float* positions) {
+FloatBox Outline::Boxes::box(std::size_t cluster) const {
+  const BoxBlock& block = blocks[cluster / blockSize];
+  const std::size_t lane = cluster % blockSize;
+  return {{block.lo[0][lane], block.lo[1][lane], block.lo[2][lane]},
+          {block.hi[0][lane], block.hi[1][lane], block.hi[2][lane]}};
+}
+
+void Outline::Boxes::setBox(std::size_t cluster, const FloatBox& box) {
+  for (int k = 0; k < 3; ++k) {
+    blocks[cluster / blockSize].lo[k][cluster % blockSize] = box.lo[k];
+    blocks[cluster / blockSize].hi[k][cluster % blockSize] = box.hi[k];
+  }
+}
+
+void findNormals(const Membrane& membrane, const float* positions, std::vector<Eigen::Vector3f>& normals) {
   const std::vector<Triangle>& triangleCorners = membrane.mesh().triangles;
   const auto at = [&](int v) { return Eigen::Map<const Eigen::Vector3f>(positions + 4 * v); };
   normals.assign(membrane.mesh().vertices.size(), Eigen::Vector3f::Zero());
@@ -188,6 +196,10 @@ void Outline::fit(const Membrane& membrane, const Clusters& clusters, const floa
     for (const int v : triangleCorners[t])
       if (flat[t].dot(normals[v]) < foldedBelow) folded.push_back(v);
   for (const int v : folded) normals[v].setZero();
+}
+
+void Outline::fit(const Clusters& clusters, const float* positions,
+                  const std::vector<Eigen::Vector3f>& normals) {
   fitTo(clusters.vertices, positions, normals, vertices);
   fitTo(clusters.edges, positions, normals, edges);
   fitTo(clusters.triangles, positions, normals, triangles);
@@ -226,27 +238,29 @@ int ContactLister::listBetween(const Clusters::Group<ofFirst>& a, const Outline:
                                ContactKind kind, const ListedCell& first, const ListedCell& second,
                                const float offset[3], float limit, bool same, ContactFours& out) {
   loaded_.clear();
-  place_.assign(boxesOfB.each.size(), -1);
+  place_.assign(boxesOfB.clusters(), -1);
   const auto load = [&](const auto& group, const Outline::Boxes& boxes, std::size_t k, const ListedCell& cell,
                         auto corners, const float* by) {
     Cluster cluster;
+    const FloatBox box = boxes.box(k);
     for (int c = 0; c < 3; ++c) {
-      cluster.lo[c] = boxes.each[k].lo[c] + by[c];
-      cluster.hi[c] = boxes.each[k].hi[c] + by[c];
+      cluster.lo[c] = box.lo[c] + by[c];
+      cluster.hi[c] = box.hi[c] + by[c];
       cluster.axis[c] = boxes.cones[k].axis[c];
     }
     cluster.vertex = reinterpret_cast<const std::int16_t(*)[blockSize]>(group.blocks[k].data());
     cluster.count = group.counts[k];
-    if (same) addNormals<corners>(cell.outline->normals, cluster);
+    if (same) addNormals<corners>(*cell.normals, cluster);
     kernels_.load(cell.positions, by, corners, cluster);
     return cluster;
   };
   int found = 0;
-  for (std::size_t i = 0; i < boxesOfA.each.size(); ++i) {
+  for (std::size_t i = 0; i < boxesOfA.clusters(); ++i) {
+    const FloatBox box = boxesOfA.box(i);
     float lo[3], hi[3];
     for (int k = 0; k < 3; ++k) {
-      lo[k] = boxesOfA.each[i].lo[k] - limit - offset[k];
-      hi[k] = boxesOfA.each[i].hi[k] + limit - offset[k];
+      lo[k] = box.lo[k] - limit - offset[k];
+      hi[k] = box.hi[k] + limit - offset[k];
     }
     if (!second.outline->all.meets(lo, hi)) continue;
     near_.clear();

@@ -55,15 +55,21 @@ struct Outline {
   FloatBox all;
   /// Of the clusters, and of every sixteen of them.
   struct Boxes {
-    std::vector<FloatBox> each, sixteen;
     std::vector<BoxBlock> blocks;
+    std::vector<FloatBox> sixteen;
     std::vector<NormalCone> cones;
+    std::size_t clusters() const { return cones.size(); }
+    FloatBox box(std::size_t cluster) const;
+    void setBox(std::size_t cluster, const FloatBox& box);
   };
   Boxes vertices, edges, triangles;
-  std::vector<Eigen::Vector3f> normals;  ///< of vertices; 0 where the triangles are not nearly in one plane
-  /// @param positions four numbers per vertex [µm]
-  void fit(const Membrane& membrane, const Clusters& clusters, const float* positions);
+  /// @param positions four numbers per vertex [µm] @param normals of vertices
+  void fit(const Clusters& clusters, const float* positions, const std::vector<Eigen::Vector3f>& normals);
 };
+
+/// Those of vertices; 0 where the triangles are not nearly in one plane.
+/// @param positions four numbers per vertex [µm] @param normals overwritten
+void findNormals(const Membrane& membrane, const float* positions, std::vector<Eigen::Vector3f>& normals);
 
 /// Contacts in blocks.
 class ContactFours {
@@ -88,6 +94,7 @@ struct ListedCell {
   const Clusters* clusters;
   const Outline* outline;
   const float* positions;
+  const std::vector<Eigen::Vector3f>* normals = nullptr;  ///< of a cell that is listed with itself
 };
 
 class ContactLister {

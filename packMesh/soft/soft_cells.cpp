@@ -22,8 +22,9 @@ constexpr double volumeShare = 0.4;
 constexpr double listedFor = 0.45;
 /// Decrease of the additional stiffness of bending in each iteration after cells have grown.
 constexpr double softening = 0.92;
-constexpr float leastGap = 4e-6f;   // [µm] rounding of positions and distances
-constexpr std::size_t oneOf = 100;  // cells may have a larger force than usual
+constexpr float leastGap = 4e-6f;        // [µm] rounding of positions and distances
+constexpr std::size_t oneOf = 100;       // cells may have a larger force than usual
+constexpr std::size_t manyCells = 1000;  // whose outlines are large, and freed between two lists
 
 }  // namespace
 
@@ -53,6 +54,7 @@ struct SoftCells::Thread {
   static constexpr std::size_t pageSize = 1 << 15;
   ContactLister lister;
   ContactFours fours;
+  std::vector<Eigen::Vector3f> normals;
   std::vector<float> numbers;
   std::vector<float> force, gap;             ///< of cells of other ranks, which are not needed
   std::vector<std::vector<Reaction>> pages;  ///< of the current step
@@ -254,10 +256,15 @@ void SoftCells::forgetContacts() {
   for (Cell& cell : cells_) {
     cell.fours.takeOver({});
     std::vector<float>().swap(cell.until);
-    cell.outline = {};
   }
+  forgetReactions();
+  returnFreedMemory();
+}
+
+/// But for the room that few cells need.
+void SoftCells::forgetReactions() {
   for (Thread& thread : ofThread_) {
-    thread.pages.clear();
+    if (thread.pages.size() > 1) thread.pages.resize(1);
     thread.page = thread.used = 0;
   }
 }
@@ -334,11 +341,14 @@ void SoftCells::restore(const SoftPosition& from) {
 /// Lists the contacts of cells where they are, up to their range and a skin.
 void SoftCells::listContacts() {
   const Communicator& ranks = shares_.ranks();
-  const auto fit = [&](Cell& cell) {
-    cell.outline.fit(*membranes_[cell.membrane], clusters_[cell.membrane], cell.position.data());
+  forgetReactions();
+  const auto fit = [&](Cell& cell, Thread& thread) {
+    findNormals(*membranes_[cell.membrane], cell.position.data(), thread.normals);
+    cell.outline.fit(clusters_[cell.membrane], cell.position.data(), thread.normals);
     cell.box = cell.outline.all;
   };
-  threads_.forEach(std::int64_t(mine().size()), [&](std::int64_t n, int) { fit(cells_[mine()[n]]); });
+  threads_.forEach(std::int64_t(mine().size()),
+                   [&](std::int64_t n, int thread) { fit(cells_[mine()[n]], ofThread_[thread]); });
   struct Boxed {
     int cell;
     FloatBox box;
@@ -352,7 +362,8 @@ void SoftCells::listContacts() {
   forgetOthers();
   exchange();
   const std::vector<int>& others = shares_.others();
-  threads_.forEach(std::int64_t(others.size()), [&](std::int64_t n, int) { fit(cells_[others[n]]); });
+  threads_.forEach(std::int64_t(others.size()),
+                   [&](std::int64_t n, int thread) { fit(cells_[others[n]], ofThread_[thread]); });
   for (Cell& cell : cells_) {
     cell.sources.clear();
     cell.groups.clear();
@@ -364,6 +375,8 @@ void SoftCells::listContacts() {
   threads_.forEach(std::int64_t(listing_.size()), [&](std::int64_t n, int thread) {
     listFor(listing_[n], near[listing_[n]], ofThread_[thread]);
   });
+  for (Cell& cell : cells_) cell.outline = {};
+  if (cells_.size() > manyCells) returnFreedMemory();
   for (const int i : listing_)
     for (std::size_t g = 0; g < cells_[i].groups.size(); ++g)
       cells_[cells_[i].groups[g].other].sources.push_back({i, int(g)});
@@ -377,7 +390,6 @@ void SoftCells::forgetOthers() {
   for (Cell& cell : cells_) {
     if (shares_.isMine(cell.number) || known[cell.number]) continue;
     std::vector<float>().swap(cell.position);
-    cell.outline = {};
     cell.fours.takeOver({});
   }
 }
@@ -394,13 +406,15 @@ SoftNeighbors SoftCells::neighbors() const {
 void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near, Thread& thread) {
   Cell& cell = cells_[i];
   thread.fours.clear();
-  const ListedCell first{&clusters_[cell.membrane], &cell.outline, cell.position.data()};
+  findNormals(*membranes_[cell.membrane], cell.position.data(), thread.normals);
+  const ListedCell first{&clusters_[cell.membrane], &cell.outline, cell.position.data(), &thread.normals};
   for (const auto& [j, shift] : near) {
     if (!shares_.isMine(i) && !shares_.isMine(j)) continue;
     const Cell& other = cells_[j];
     const Vec3 apart = other.anchor + shift - cell.anchor;
     const float offset[3] = {float(apart[0]), float(apart[1]), float(apart[2])};
-    const ListedCell second{&clusters_[other.membrane], &other.outline, other.position.data()};
+    const ListedCell second{&clusters_[other.membrane], &other.outline, other.position.data(),
+                            &thread.normals};
     const bool same = j == i && shift.isZero();
     // Pairs of edges are listed by one of the two cells, with one of two opposite images of itself.
     const bool listsEdges =

@@ -106,6 +106,7 @@ class SoftCells {
   void summarize();
   void listContacts();
   void forgetOthers();
+  void forgetReactions();
   void exchange();
   void pack(int cell, std::vector<float>& to) const;
   const float* unpack(int cell, const float* from);

@@ -18,10 +18,6 @@
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/soft/soft_cells.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 namespace packmesh {
 namespace {
 
@@ -144,13 +140,6 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
   }
   small.written = {};
   return small;
-}
-
-/// Other threads than the one that has freed it would not use it.
-void returnFreedMemory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
 }
 
 /// Of what is not in the physics.
@@ -518,7 +507,6 @@ class SoftPacker {
     SoftCells& cells = *cells_;
     cells.gather();
     cells.forgetContacts();
-    returnFreedMemory();
     std::vector<Cell> out;
     for (std::size_t i = 0; i < placed_.size(); ++i) {
       const int s = placed_[i].species;
