@@ -101,13 +101,9 @@ class Measuring {
   /// Calls visit(0 ... count - 1), shared among the threads.
   template <class Visit>
   void forEachCell(const Visit& visit) const {
-    constexpr std::int64_t atATime = 64;
-    execution_.threads.forEachPart(
-        cells_.count(),
-        [&](std::int64_t begin, std::int64_t end, int) {
-          for (std::int64_t i = begin; i < end; ++i) visit(i);
-        },
-        atATime);
+    cells_.forEachPart(cells_.count(), [&](std::int64_t begin, std::int64_t end, int) {
+      for (std::int64_t i = begin; i < end; ++i) visit(i);
+    });
   }
 
   /// Gaps of own cells [µm]; upper bounds for the others. The search limit rises: gaps below the previous

@@ -37,10 +37,6 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 /// times as much as gaps of a hundredth, and few packings need it.
 constexpr double firstLevel = 0.02;
 
-/// Cells that a thread examines at a time; and after how many of them the hierarchies of deformed cells are
-/// freed, which would need 80 kB for each.
-constexpr std::int64_t cellsPerPart = 64, cellsPerSlice = 128 * cellsPerPart;
-
 /// Of a cell that is searched for examples of overlaps: so many of its neighbours are tested at most, and so
 /// many of its pairs found.
 constexpr std::size_t mostCandidates = 4096, mostExamples = 5;
@@ -127,22 +123,15 @@ void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& e
                         const std::function<bool()>& isKept) {
   PerThread<Findings> found(input_.threads, {pairGap_, wallGap_});
   std::atomic<bool> stops{!certificate_.complete};
-  const auto count = static_cast<std::int64_t>(cells.size());
-  for (std::int64_t first = 0; first < count; first += cellsPerSlice) {
-    if (first > 0)
-      for (const Shape* const shape : input_.shapes) shape->forgetHierarchy();
-    input_.threads.forEachPart(
-        std::min(cellsPerSlice, count - first),
-        [&](std::int64_t begin, std::int64_t end, int thread) {
-          for (std::int64_t k = first + begin; k < first + end; ++k) {
-            if (thread == 0 && input_.stop && input_.stop()) stops = true;
-            if (stops) return;
-            examine(cells[k], found[thread]);
-            if (input_.upToFirstFault && found[thread].any()) stops = true;
-          }
-        },
-        cellsPerPart);
-  }
+  cells_.forEachPart(static_cast<std::int64_t>(cells.size()),
+                     [&](std::int64_t begin, std::int64_t end, int thread) {
+                       for (std::int64_t k = begin; k < end; ++k) {
+                         if (thread == 0 && input_.stop && input_.stop()) stops = true;
+                         if (stops) return;
+                         examine(cells[k], found[thread]);
+                         if (input_.upToFirstFault && found[thread].any()) stops = true;
+                       }
+                     });
   certificate_.complete = !stops;
   if (isKept && !isKept()) return;
   found.forEach([&](const Findings& some) { take(some); });

@@ -48,6 +48,21 @@ class CertifiedCells {
     return {std::move(spheres), input_.container ? input_.container->period() : Vec3(Vec3::Zero())};
   }
 
+  /// Calls visit(begin, end, thread) for parts of [0, count), one of the threads for each. Of many deformed
+  /// cells, it frees the hierarchies from time to time: 80 kB for each.
+  template <class Visit>
+  void forEachPart(std::int64_t count, const Visit& visit) const {
+    constexpr std::int64_t atATime = 64, perSlice = 128 * atATime;
+    for (std::int64_t first = 0; first < count; first += perSlice) {
+      if (first > 0)
+        for (const Shape* const shape : input_.shapes) shape->forgetHierarchy();
+      const auto part = [&](std::int64_t begin, std::int64_t end, int thread) {
+        visit(first + begin, first + end, thread);
+      };
+      input_.threads.forEachPart(std::min(perSlice, count - first), part, atATime);
+    }
+  }
+
   /// A lower bound of the gap of two cells [µm]: what is between their convex bounds across the line between
   /// their centres, negative if that is nothing.
   double leastGap(const NearPair& pair) const {

@@ -215,16 +215,6 @@ void ContactFours::clear() {
   size_ = 0;
 }
 
-void ContactFours::takeOver(const ContactFours& other) {
-  constexpr std::size_t spare = 8;  // of so many numbers one may be unused
-  if (numbers_.capacity() < other.numbers_.size() ||
-      numbers_.capacity() - other.numbers_.size() > other.numbers_.size() / spare)
-    std::vector<std::int16_t>(other.numbers_).swap(numbers_);
-  else
-    numbers_.assign(other.numbers_.begin(), other.numbers_.end());
-  size_ = other.size_;
-}
-
 void ContactFours::add(const std::int16_t four[4]) {
   const std::size_t first = std::size_t(size_ / blockSize * 4 * blockSize);
   if (numbers_.size() < first + 4 * blockSize) numbers_.resize(first + 4 * blockSize, 0);

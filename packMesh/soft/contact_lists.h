@@ -76,10 +76,9 @@ class ContactFours {
  public:
   std::int64_t size() const { return size_; }
   const VertexFours* blocks() const { return reinterpret_cast<const VertexFours*>(numbers_.data()); }
+  const std::int16_t* numbers() const { return numbers_.data(); }  ///< of the blocks, one after the other
   void clear();
   void add(const std::int16_t four[4]);
-  /// Takes over a list, and no more memory than that needs.
-  void takeOver(const ContactFours& other);
   /// Begins the next one at a new block.
   void pad() { size_ = (size_ + width - 1) / width * width; }
   static constexpr int width = 16;

@@ -22,9 +22,8 @@ constexpr double volumeShare = 0.4;
 constexpr double listedFor = 0.45;
 /// Decrease of the additional stiffness of bending in each iteration after cells have grown.
 constexpr double softening = 0.92;
-constexpr float leastGap = 4e-6f;        // [µm] rounding of positions and distances
-constexpr std::size_t oneOf = 100;       // cells may have a larger force than usual
-constexpr std::size_t manyCells = 1000;  // whose outlines are large, and freed between two lists
+constexpr float leastGap = 4e-6f;   // [µm] rounding of positions and distances
+constexpr std::size_t oneOf = 100;  // cells may have a larger force than usual
 
 }  // namespace
 
@@ -36,29 +35,46 @@ struct SoftCells::Batch {
   float scale[width], moves[width], volume[width], largestForce[width], farthest[width];
 };
 
+/// Memory for many short lists, all of which end together.
+template <class T>
+class SoftCells::Pages {
+ public:
+  /// For `size` of them, of which keep() says how many are used.
+  T* room(std::size_t size) {
+    if (page_ < pages_.size() && used_ + size > pages_[page_].size()) {
+      ++page_;
+      used_ = 0;
+    }
+    if (page_ == pages_.size()) pages_.emplace_back(pageSize);
+    if (pages_[page_].size() < size) pages_[page_].resize(size);  // nothing is in it
+    return pages_[page_].data() + used_;
+  }
+  void keep(std::size_t size) { used_ += size; }
+  void clear() { page_ = used_ = 0; }
+  /// Clears it, and frees all but one page.
+  void shrink() {
+    if (pages_.size() > 1) pages_.resize(1);
+    clear();
+  }
+
+ private:
+  static constexpr std::size_t pageSize = (std::size_t(1) << 20) / sizeof(T);
+  std::vector<std::vector<T>> pages_;
+  std::size_t page_ = 0, used_ = 0;  ///< the one that is being filled, and how many are in it
+};
+
 /// What a thread needs.
 struct SoftCells::Thread {
   explicit Thread(const ContactKernels& kernels) : lister(kernels) {}
 
-  /// Room for so many reactions, of which `used` are then in use.
-  Reaction* room(int size) {
-    if (page < pages.size() && used + std::size_t(size) > pages[page].size()) {
-      ++page;
-      used = 0;
-    }
-    if (page == pages.size()) pages.emplace_back(pageSize);
-    if (pages[page].size() < std::size_t(size)) pages[page].resize(std::size_t(size));  // nothing is in it
-    return pages[page].data() + used;
-  }
-
-  static constexpr std::size_t pageSize = 1 << 15;
   ContactLister lister;
-  ContactFours fours;
+  ContactFours listed;
   std::vector<Eigen::Vector3f> normals;
   std::vector<float> numbers;
-  std::vector<float> force, gap;             ///< of cells of other ranks, which are not needed
-  std::vector<std::vector<Reaction>> pages;  ///< of the current step
-  std::size_t page = 0, used = 0;            ///< the one that is being filled, and how many are in it
+  std::vector<float> force, gap;  ///< of cells of other ranks, which are not needed
+  Pages<std::int16_t> fours;
+  Pages<float> until;
+  Pages<Reaction> reactions;  ///< of the current step
 };
 
 struct SoftCells::Cell {
@@ -87,8 +103,8 @@ struct SoftCells::Cell {
   std::vector<float> force;  ///< 4 per vertex
   std::vector<float> gap;    ///< see MembraneBatch
   std::vector<float> wall;   ///< lower bounds of the gap to the wall
-  ContactFours fours;
-  std::vector<float> until;  ///< of its blocks, see Approach
+  const VertexFours* fours = nullptr;
+  float* until = nullptr;  ///< of each block of them, see Approach
   std::vector<Group> groups;
   std::vector<Source> sources;
   Outline outline;
@@ -253,20 +269,12 @@ void SoftCells::gather() {
 }
 
 void SoftCells::forgetContacts() {
-  for (Cell& cell : cells_) {
-    cell.fours.takeOver({});
-    std::vector<float>().swap(cell.until);
-  }
-  forgetReactions();
-  returnFreedMemory();
-}
-
-/// But for the room that few cells need.
-void SoftCells::forgetReactions() {
   for (Thread& thread : ofThread_) {
-    if (thread.pages.size() > 1) thread.pages.resize(1);
-    thread.page = thread.used = 0;
+    thread.fours.shrink();
+    thread.until.shrink();
+    thread.reactions.shrink();
   }
+  returnFreedMemory();
 }
 
 /// Sends scales and positions to the ranks that need them.
@@ -341,7 +349,11 @@ void SoftCells::restore(const SoftPosition& from) {
 /// Lists the contacts of cells where they are, up to their range and a skin.
 void SoftCells::listContacts() {
   const Communicator& ranks = shares_.ranks();
-  forgetReactions();
+  for (Thread& thread : ofThread_) {
+    thread.fours.clear();
+    thread.until.clear();
+    thread.reactions.shrink();  // outlines need as much memory
+  }
   const auto fit = [&](Cell& cell, Thread& thread) {
     findNormals(*membranes_[cell.membrane], cell.position.data(), thread.normals);
     cell.outline.fit(clusters_[cell.membrane], cell.position.data(), thread.normals);
@@ -376,7 +388,6 @@ void SoftCells::listContacts() {
     listFor(listing_[n], near[listing_[n]], ofThread_[thread]);
   });
   for (Cell& cell : cells_) cell.outline = {};
-  if (cells_.size() > manyCells) returnFreedMemory();
   for (const int i : listing_)
     for (std::size_t g = 0; g < cells_[i].groups.size(); ++g)
       cells_[cells_[i].groups[g].other].sources.push_back({i, int(g)});
@@ -390,7 +401,6 @@ void SoftCells::forgetOthers() {
   for (Cell& cell : cells_) {
     if (shares_.isMine(cell.number) || known[cell.number]) continue;
     std::vector<float>().swap(cell.position);
-    cell.fours.takeOver({});
   }
 }
 
@@ -405,7 +415,7 @@ SoftNeighbors SoftCells::neighbors() const {
 
 void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near, Thread& thread) {
   Cell& cell = cells_[i];
-  thread.fours.clear();
+  thread.listed.clear();
   findNormals(*membranes_[cell.membrane], cell.position.data(), thread.normals);
   const ListedCell first{&clusters_[cell.membrane], &cell.outline, cell.position.data(), &thread.normals};
   for (const auto& [j, shift] : near) {
@@ -423,18 +433,25 @@ void SoftCells::listFor(int i, const std::vector<std::pair<int, Vec3>>& near, Th
       if (kind == ContactKind::edgeEdge && !listsEdges) continue;
       const double range = kind == ContactKind::edgeEdge ? settings_.edgeRange : settings_.range;
       const float limit = float(range + skin_ + (same ? 0.0 : settings_.clearance));
-      const int found = thread.lister.list(kind, first, second, offset, limit, same, thread.fours);
+      const int found = thread.lister.list(kind, first, second, offset, limit, same, thread.listed);
       if (found > 0)
         cell.groups.push_back({j,
                                kind,
                                same,
                                {offset[0], offset[1], offset[2]},
-                               (thread.fours.size() - found) / ContactFours::width,
+                               (thread.listed.size() - found) / ContactFours::width,
                                found});
     }
   }
-  cell.fours.takeOver(thread.fours);
-  cell.until.assign(std::size_t((cell.fours.size() + ContactFours::width - 1) / ContactFours::width), 0.0f);
+  const auto blocks = std::size_t((thread.listed.size() + ContactFours::width - 1) / ContactFours::width);
+  const std::size_t numbers = blocks * sizeof(VertexFours) / sizeof(std::int16_t);
+  std::int16_t* const fours = thread.fours.room(numbers);
+  std::copy_n(thread.listed.numbers(), numbers, fours);
+  thread.fours.keep(numbers);
+  cell.fours = reinterpret_cast<const VertexFours*>(fours);
+  cell.until = thread.until.room(blocks);
+  std::fill_n(cell.until, blocks, 0.0f);
+  thread.until.keep(blocks);
 }
 
 /// The forces on a cell of the contacts that it lists, and their reactions.
@@ -452,11 +469,11 @@ void SoftCells::contacts(Cell& cell, Thread& thread) const {
     const double range = group.kind == ContactKind::edgeEdge ? settings_.edgeRange : settings_.range;
     const Barrier barrier{group.own ? 0.0f : float(settings_.clearance),
                           float(range * 0.5 * (scale + double(other.scale))), float(settings_.stiffness)};
-    Reaction* const reactions = thread.room(group.size);
-    const int found = kernels_.forces(group.kind, pair, cell.fours.blocks() + group.begin, group.size,
-                                      barrier, {cell.moved + other.moved, cell.until.data() + group.begin},
-                                      force.data(), gap.data(), reactions);
-    thread.used += std::size_t(found);
+    Reaction* const reactions = thread.reactions.room(std::size_t(group.size));
+    const int found = kernels_.forces(group.kind, pair, cell.fours + group.begin, group.size, barrier,
+                                      {cell.moved + other.moved, cell.until + group.begin}, force.data(),
+                                      gap.data(), reactions);
+    thread.reactions.keep(std::size_t(found));
     group.reactions = reactions;
     group.reactionsEnd = reactions + found;
   }
@@ -564,7 +581,7 @@ void SoftCells::step() {
   mostStep_ = 0.5f * float(skin_) - farthest_;
   for (std::size_t m = 0; m < views_.size(); ++m)
     views_[m].bendForce = membranes_[m]->view().bendForce * float(stiffening_);
-  for (Thread& thread : ofThread_) thread.page = thread.used = 0;
+  for (Thread& thread : ofThread_) thread.reactions.clear();
   threads_.forEach(std::int64_t(listing_.size()),
                    [&](std::int64_t n, int thread) { contacts(cells_[listing_[n]], ofThread_[thread]); });
   threads_.forEach(std::int64_t(mine().size()), [&](std::int64_t n, int) { reactions(cells_[mine()[n]]); });

@@ -100,13 +100,14 @@ class SoftCells {
  private:
   struct Batch;
   struct Cell;
+  template <class T>
+  class Pages;
   struct Thread;
   void addCells(const std::vector<SoftCell>& cells, const Communicator& ranks);
   void fillBatches(const std::vector<SoftCell>& cells);
   void summarize();
   void listContacts();
   void forgetOthers();
-  void forgetReactions();
   void exchange();
   void pack(int cell, std::vector<float>& to) const;
   const float* unpack(int cell, const float* from);
