@@ -189,17 +189,16 @@ int contactForces(ContactKind kind, const CellPair& pair, const VertexFours* blo
         mine = 2;
         push(forces + 4 * block[0][lane], 1.0f - s[lane], force, k[lane]);
         push(forces + 4 * block[1][lane], s[lane], force, k[lane]);
-        other.weight[0] = 1.0f - t[lane], other.weight[1] = t[lane], other.weight[2] = 0.0f;
         other.vertex[0] = block[2][lane], other.vertex[1] = other.vertex[2] = block[3][lane];
       } else {
         push(forces + 4 * block[0][lane], 1.0f, force, k[lane]);
-        other.weight[0] = 1.0f - t[lane] - u[lane], other.weight[1] = t[lane], other.weight[2] = u[lane];
         for (int c = 0; c < 3; ++c) other.vertex[c] = block[1 + c][lane];
       }
       for (int c = 0; c < mine; ++c) {
         float& nearby = gaps[block[c][lane]];
         nearby = g[lane] < nearby ? g[lane] : nearby;
       }
+      other.second = t[lane], other.third = u[lane];
       for (int c = 0; c < 3; ++c) other.force[c] = force[c];
       other.stiffness = k[lane];
       other.gap = g[lane];

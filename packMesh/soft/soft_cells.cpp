@@ -23,6 +23,7 @@ constexpr double listedFor = 0.45;
 /// Decrease of the additional stiffness of bending in each iteration after cells have grown.
 constexpr double softening = 0.92;
 constexpr float leastGap = 4e-6f;   // [µm] rounding of positions and distances
+constexpr float notKnown = -1.0f;   // gap to the wall
 constexpr std::size_t oneOf = 100;  // cells may have a larger force than usual
 
 }  // namespace
@@ -102,7 +103,7 @@ struct SoftCells::Cell {
   // Of this rank's cells:
   std::vector<float> force;  ///< 4 per vertex
   std::vector<float> gap;    ///< see MembraneBatch
-  std::vector<float> wall;   ///< lower bounds of the gap to the wall
+  std::vector<float> wall;   ///< lower bounds of the gap to the wall, if there is one
   const VertexFours* fours = nullptr;
   float* until = nullptr;  ///< of each block of them, see Approach
   std::vector<Group> groups;
@@ -161,7 +162,7 @@ void SoftCells::addCells(const std::vector<SoftCell>& cells, const Communicator&
     Cell& cell = cells_[i];
     cell.force.resize(cell.position.size());
     cell.gap.resize(cell.position.size() / 4);
-    cell.wall.assign(cell.gap.size(), -1.0f);
+    if (cell.wallNumber >= 0) cell.wall.assign(cell.gap.size(), notKnown);
   }
 }
 
@@ -296,10 +297,10 @@ void SoftCells::save(SoftPosition& to) const {
   const auto numbersOfVertices = [&](int i, std::vector<float>& all) {
     const Cell& cell = cells_[i];
     const Batch& batch = batches_[cell.batch];
-    for (std::size_t v = 0; v < cell.wall.size(); ++v) {
+    for (std::size_t v = 0; v < cell.gap.size(); ++v) {
       for (const std::vector<float>* of : {&batch.position, &batch.listed, &batch.step})
         for (std::size_t k = 0; k < 3; ++k) all.push_back((*of)[(3 * v + k) * width + cell.lane]);
-      all.push_back(cell.wall[v]);
+      all.push_back(cell.wall.empty() ? notKnown : cell.wall[v]);
     }
   };
   to.cells = shares_.byIds<double>(numbersOf, [](int) { return SoftPosition::perCell; });
@@ -332,14 +333,14 @@ void SoftCells::restore(const SoftPosition& from) {
         batch.listed[at] = ofVertex[3 + k];
         batch.step[at] = ofVertex[6 + k];
       }
-      if (own) cell.wall[v] = ofVertex[9];
+      if (!cell.wall.empty()) cell.wall[v] = ofVertex[9];
     }
   }
   summarize();
   if (listed_) listContacts();  // for where the vertices were then
   for (const int i : mine()) {
     Cell& cell = cells_[i];
-    for (std::size_t v = 0; v < cell.wall.size(); ++v)
+    for (std::size_t v = 0; v < cell.gap.size(); ++v)
       for (std::size_t k = 0; k < 3; ++k)
         cell.position[4 * v + k] = batches_[cell.batch].position[(3 * v + k) * width + cell.lane];
   }
@@ -487,10 +488,11 @@ void SoftCells::reactions(Cell& cell) const {
     const int corners = group.kind == ContactKind::edgeEdge ? 2 : 3;
     for (const Reaction* reaction = group.reactions; reaction != group.reactionsEnd; ++reaction) {
       const Reaction& one = *reaction;
+      const float weight[3] = {1.0f - one.second - one.third, one.second, one.third};
       for (int c = 0; c < corners; ++c) {
         float* f = cell.force.data() + 4 * one.vertex[c];
-        for (int k = 0; k < 3; ++k) f[k] -= one.weight[c] * one.force[k];
-        f[3] += one.weight[c] * one.stiffness;
+        for (int k = 0; k < 3; ++k) f[k] -= weight[c] * one.force[k];
+        f[3] += weight[c] * one.stiffness;
         float& gap = cell.gap[one.vertex[c]];
         gap = std::min(gap, one.gap);
       }
@@ -547,7 +549,7 @@ void SoftCells::advance(Batch& batch, std::vector<float>& scratch) {
         const float s = batch.step[(3 * v + k) * width + lane];
         squared += s * s;
       }
-      cells[lane]->wall[v] -= std::sqrt(squared);
+      if (!cells[lane]->wall.empty()) cells[lane]->wall[v] -= std::sqrt(squared);
       largest[lane] = std::max(largest[lane], squared);
     }
   for (int lane = 0; lane < int(batch.cells.size()); ++lane) cells[lane]->moved += std::sqrt(largest[lane]);

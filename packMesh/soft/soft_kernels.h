@@ -94,11 +94,11 @@ struct Barrier {
 
 /// What a contact does to the second cell.
 struct Reaction {
-  std::int16_t vertex[4];  ///< 2 of an edge, 3 of a triangle
-  float weight[3];
-  float force[3];   ///< of all of them [pN]
-  float stiffness;  ///< [pN/µm]
-  float gap;        ///< [µm]
+  std::int16_t vertex[3];  ///< of an edge: the second one twice
+  float second, third;     ///< weights of these vertices; that of the first is what is left of 1
+  float force[3];          ///< of all of them [pN]
+  float stiffness;         ///< [pN/µm]
+  float gap;               ///< [µm]
 };
 
 /// Contacts out of range are not computed until the cells have moved so far that they can be within it.

@@ -348,3 +348,30 @@ TEST_CASE("A deformed cell that intersects itself is a fault of its own, whereve
   certifier.update({2});
   CHECK(certifier.certificate().clean());
 }
+
+TEST_CASE("Faults of thousands of deformed cells are found, and the least gap", "[certificate]") {
+  const auto ball = std::make_shared<const Shape>(sample::box(Vec3::Constant(-1.0), Vec3::Ones()));
+  const int count = 9000;
+  std::vector<std::unique_ptr<Shape>> shapes;
+  CertificateInput input;
+  std::vector<PlacedCell> cells(count);
+  for (int i = 0; i < count; ++i) {
+    std::vector<Vec3> longer = ball->mesh().vertices;
+    for (Vec3& v : longer) v.x() *= 1.1;
+    shapes.push_back(std::make_unique<Shape>(std::move(longer), ball));
+    input.shapes.push_back(shapes.back().get());
+    cells[i] = {0, i, Pose{1.0, Quaternion::Identity(), Vec3(2.3 * i, 0, 0)}.placement()};
+  }
+  input.cells = &cells;
+  const Certificate clean = certify(input);
+  CHECK(clean.clean());
+  CHECK(clean.minimumGap == Approx(0.1));
+  std::vector<int> moved;
+  for (int i = 5; i + 1 < count; i += 997) {
+    cells[i].placement.translation.x() += 0.2;  // into the next one
+    moved.push_back(i);
+  }
+  const Certificate found = certify(input);
+  REQUIRE(found.overlapping.size() == moved.size());
+  for (std::size_t k = 0; k < moved.size(); ++k) CHECK(found.overlapping[k].first == moved[k]);
+}

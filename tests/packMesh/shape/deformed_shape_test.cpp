@@ -27,6 +27,12 @@ TEST_CASE("A deformed shape has the exact tests of its mesh, and bounds around i
                          expected = relate(fullA, Placement(), fullB, other, 1.0);
     REQUIRE(own.relation == expected.relation);
     REQUIRE(own.gap == expected.gap);
+    CHECK(boundingSphere(a.sphere(), other).center == boundingSphere(a.hierarchy(), other).center);
+    CHECK(boundingSphere(a.sphere(), other).radius == boundingSphere(a.hierarchy(), other).radius);
+    const std::vector<Vec3>* vertices = &a.mesh().vertices;
+    a.forgetHierarchy();
+    REQUIRE(&a.mesh().vertices == vertices);  // the mesh stays
+    REQUIRE(relate(a.hierarchy(), Placement(), b.hierarchy(), other, 1.0).gap == expected.gap);
     const MeshPairResult mixed = relate(red->hierarchy(), Placement(), b.hierarchy(), other, 1.0);
     REQUIRE(mixed.gap == relate(red->hierarchy(), Placement(), fullB, other, 1.0).gap);
     meeting += own.relation == MeshRelation::meet;

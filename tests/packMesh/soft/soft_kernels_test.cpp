@@ -54,6 +54,14 @@ double distanceOf(const Contacts& c, int n) {
   return toEdge(lo);
 }
 
+/// From a point to the first vertex or edge.
+double distanceTo(const Vec3& p, const Contacts& c, int n) {
+  if (c.kind == ContactKind::vertexTriangle) return (p - c.at(0, n)).norm();
+  const Vec3 along = c.at(1, n) - c.at(0, n);
+  const double s = std::min(1.0, std::max(0.0, (p - c.at(0, n)).dot(along) / along.squaredNorm()));
+  return (p - c.at(0, n) - s * along).norm();
+}
+
 struct Result {
   std::vector<float> forces = std::vector<float>(4 * 32, 0.0f), gaps = std::vector<float>(32, 10.0f);
   std::vector<Reaction> reactions = std::vector<Reaction>(16);
@@ -109,7 +117,14 @@ TEST_CASE("contacts have the distance, the force of the barrier and its reaction
             });
         REQUIRE(reaction != r.reactions.begin() + r.count);
         CHECK(reaction->gap == Approx(gap).epsilon(1e-3));
-        CHECK(reaction->weight[0] + reaction->weight[1] + reaction->weight[2] == Approx(1.0));
+        // The weights are those of the nearest point of the second one.
+        const bool edges = kind == ContactKind::edgeEdge;
+        const double first = 1.0 - reaction->second - reaction->third;
+        const Vec3 nearest =
+            edges ? Vec3(first * c.at(2, n) + reaction->second * c.at(3, n))
+                  : Vec3(first * c.at(1, n) + reaction->second * c.at(2, n) + reaction->third * c.at(3, n));
+        CHECK((edges ? reaction->third == 0.0f : reaction->third >= 0.0f));
+        CHECK(distanceTo(nearest, c, n) == Approx(gap + 0.02).epsilon(1e-3));
         const Vec3 force(reaction->force[0], reaction->force[1], reaction->force[2]);
         const double full = 20.0 * (0.5 - gap) * 0.5 / gap;
         // At an end of an edge, contacts of the vertex take over.
