@@ -63,6 +63,7 @@ constexpr double mostOfDeformed = 0.1;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 5;
 constexpr std::int64_t reportEvery = 10;
+static_assert(reportEvery % lookEvery == 0);  // the estimate is of the last look
 /// In boxes, after cells have grown and bending has its own stiffness: iterations, and decrease of the
 /// logarithm of the largest force in one.
 constexpr std::int64_t usualRest = 20;
@@ -261,8 +262,8 @@ class SoftPacker {
     SoftCells& cells = *cells_;
     while (!rest_.reached && !control_.stopped() && cells.iterations() < iterations) {
       cells.step();
-      report();
       rest_.reached = isAtRest();
+      report();
       if (withCheckpoints && problem_.checkpoints && problem_.checkpoints->due &&
           problem_.execution.communicator.any(problem_.checkpoints->due()))
         problem_.checkpoints->save(state());
@@ -273,8 +274,9 @@ class SoftPacker {
   /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
   bool isAtRest() {
     const SoftCells& cells = *cells_;
-    if (!cells.full() || cells.iterations() % lookEvery != 0 || cells.usualForce() > rest_.tolerance)
-      return false;
+    if (!cells.full() || cells.iterations() % lookEvery != 0) return false;
+    rest_.force = cells.usualForce();
+    if (rest_.force > rest_.tolerance) return false;
     const Deformation most = largestDeformation();
     if ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest) return true;
     if (rest_.unfolded < mostUnfolded) {
@@ -529,7 +531,7 @@ class SoftPacker {
     const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
     if (untilFull > 0) return untilFull + usualRest;
     if (rest_.tolerance < atRest) return 0;
-    return std::max<std::int64_t>(1, std::llround(std::log(cells_->usualForce() / atRest) / usualDecay));
+    return std::max<std::int64_t>(1, std::llround(std::log(std::max(rest_.force, atRest) / atRest) / usualDecay));
   }
 
   void report() const {
@@ -564,6 +566,7 @@ class SoftPacker {
     double tolerance = atRest;  ///< usual force of the method with which they are at rest [pN]
     double forceBefore = 0.0;   ///< HemoCell's the last time that it was so small; 0: not yet [pN]
     int unfolded = 0;           ///< how often sharp folds were opened
+    double force = 0.0;         ///< SoftCells::usualForce() at the last look [pN]
   } rest_;
   Physics small_;
   std::vector<BodyState> placed_;  ///< undeformed, of all ranks, with shapes of small_
