@@ -53,7 +53,7 @@ class NewCase:
     unit: that the surface was taken for; size: of the vessel in the case [µm]; nodes: of the lattice; dx: [µm], dt: [s]
     ends: number, role, face, center, diameter [µm] and normal of each
     narrowest: width of the narrowest place between two ends [µm]
-    velocity: mean at the inlet [m/s]; shear_rate: at the wall there [1/s]; stress: at the narrowest place [Pa]; body_force: [N/m³], None
+    velocity: mean at the inlet [m/s]; shear_rate: at the wall there [1/s]; stress: the largest at a wall [Pa]; body_force: [N/m³], None
         with a pre-inlet
     particle_envelope: [nodes]; ranks: numbers of ranks with which no block is smaller than it
     counts: cells of each species that are packed, in the pre-inlet if there is one
@@ -167,7 +167,7 @@ def new_case(
     shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
     if drive == "periodic":
         flow = _driven(flow, first, shape)
-    elif all(end.face == "x+" for end in shape.ends if end.role == "outlet"):  # so that all ways lead along x
+    else:
         flow = dataclasses.replace(flow, stress=max(flow.stress, _stress_of(flow, first, resistance_of(shape))))
         shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
     most = _module().largest_stress
@@ -399,8 +399,7 @@ class _Maker:
         else:
             through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2)
             lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others; plasma passes the "
-                         f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa"
-                         + (" (that of the inlet)" if any(end.role == "outlet" and end.face != "x+" for end in shape.ends) else ""))
+                         f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa")
         lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
                      + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
         lines += [line for line in forecasted.text if line.startswith(("RBC can be in", "Undeformed cells"))]
