@@ -163,8 +163,9 @@ class Measuring {
     for (std::int64_t i = 0; i < cells_.count(); ++i)
       if (cells_.isOwn(i)) isHere[cell(i).shape] = 1;
     std::vector<std::vector<Vec3>> points(isHere.size());
+    const InnerPoints innerPoints(pointsOfCell);
     execution_.threads.forEach(std::int64_t(points.size()), [&](std::int64_t s, int) {
-      if (isHere[s]) points[s] = innerPoints(*physics_.shapes[s], pointsOfCell);
+      if (isHere[s]) points[s] = innerPoints(*physics_.shapes[s]);
     });
     const Boxes boxes(*physics_.container);
     std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]

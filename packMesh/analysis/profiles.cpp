@@ -212,6 +212,7 @@ class ProfileMeasuring {
 
   void profileCells() {
     std::vector<std::vector<Vec3>> points(physics_.shapes.size());  // of those that have cells here
+    const InnerPoints innerPoints(measures_.pointsPerCell);
     std::vector<Sums> axial;
     for (const Profile& profile : measures_.axial) axial.emplace_back(profile, count_);
     std::optional<Sums> wall;
@@ -222,7 +223,7 @@ class ProfileMeasuring {
       if (outside_.count(id++) > 0) continue;
       const Shape& shape = physics_.shapeOf(cell);
       std::vector<Vec3>& inCell = points[cell.shape];
-      if (inCell.empty()) inCell = innerPoints(shape, measures_.pointsPerCell);
+      if (inCell.empty()) inCell = innerPoints(shape);
       const double volume = shape.volume() / double(inCell.size());
       const std::int64_t each = whole(volume, shareStep);
       for (const Vec3& body : inCell) {

@@ -75,33 +75,37 @@ double vanDerCorput(int n, int base) {
   return value;
 }
 
-/// Points inside the template of a deformed cell, each moved as its nearest vertex.
-std::vector<Vec3> movedWith(std::vector<Vec3> points, const Shape& deformed) {
-  const std::vector<Vec3>&from = deformed.undeformed()->mesh().vertices, &to = deformed.mesh().vertices;
-  for (Vec3& p : points) {
-    std::size_t nearest = 0;
-    for (std::size_t v = 1; v < from.size(); ++v)
-      if ((from[v] - p).squaredNorm() < (from[nearest] - p).squaredNorm()) nearest = v;
-    p += to[nearest] - from[nearest];
-  }
+}  // namespace
+
+std::vector<Vec3> InnerPoints::operator()(const Shape& shape) const {
+  const Shape& ofTemplate = shape.undeformed() ? *shape.undeformed() : shape;
+  const OfTemplate& there = templates_.at(&ofTemplate, [&] { return made(ofTemplate); });
+  std::vector<Vec3> points = there.points;
+  if (!shape.undeformed()) return points;
+  const std::vector<Vec3>&from = ofTemplate.mesh().vertices, &to = shape.mesh().vertices;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] += to[there.nearest[i]] - from[there.nearest[i]];
   return points;
 }
 
-}  // namespace
-
-std::vector<Vec3> innerPoints(const Shape& shape, int count) {
-  if (shape.undeformed()) return movedWith(innerPoints(*shape.undeformed(), count), shape);
+InnerPoints::OfTemplate InnerPoints::made(const Shape& shape) const {
   const SurfaceDistance surface(shape);
   const Box box = boundingBox(shape.mesh());
-  std::vector<Vec3> points;
+  OfTemplate out;
   constexpr int patience = 1000;
-  for (int n = 1; static_cast<int>(points.size()) < count && n < patience * count; ++n) {
+  for (int n = 1; static_cast<int>(out.points.size()) < count_ && n < patience * count_; ++n) {
     const Vec3 at(vanDerCorput(n, 2), vanDerCorput(n, 3), vanDerCorput(n, 5));
     const Vec3 p = box.lo + at.cwiseProduct(box.size());
-    if (surface.sample(p).distance < 0.0) points.push_back(p);
+    if (surface.sample(p).distance < 0.0) out.points.push_back(p);
   }
-  if (points.empty()) points.push_back(Vec3::Zero());
-  return points;
+  if (out.points.empty()) out.points.push_back(Vec3::Zero());
+  const std::vector<Vec3>& vertices = shape.mesh().vertices;
+  for (const Vec3& p : out.points) {
+    std::size_t nearest = 0;
+    for (std::size_t v = 1; v < vertices.size(); ++v)
+      if ((vertices[v] - p).squaredNorm() < (vertices[nearest] - p).squaredNorm()) nearest = v;
+    out.nearest.push_back(nearest);
+  }
+  return out;
 }
 
 }  // namespace packmesh

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "packMesh/parallel/threads.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
@@ -66,9 +67,29 @@ inline SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
   return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
 }
 
-/// `count` evenly spread points (Halton sequence) inside a shape, in its body frame [µm]; fewer, but at least
-/// one, if the shape fills less than a thousandth of its bounding box. The first n points are
-/// innerPoints(shape, n).
-std::vector<Vec3> innerPoints(const Shape& shape, int count);
+/// Points inside shapes, in their body frames [µm]. Any thread may use it.
+class InnerPoints {
+ public:
+  explicit InnerPoints(int count) : count_(count) {}
+
+  /// `count` evenly spread points (Halton sequence); fewer, but at least one, if the shape fills less than a
+  /// thousandth of its bounding box. The first n points are those of InnerPoints(n). A deformed cell has
+  /// those of its template, each moved as the vertex that is nearest there.
+  std::vector<Vec3> operator()(const Shape& shape) const;
+
+ private:
+  struct OfTemplate {
+    std::vector<Vec3> points;
+    std::vector<std::size_t> nearest;  ///< vertex of each
+  };
+  OfTemplate made(const Shape& shape) const;
+
+  int count_;
+  mutable MadeOnce<const Shape*, OfTemplate> templates_;
+};
+
+inline std::vector<Vec3> innerPoints(const Shape& shape, int count) {
+  return InnerPoints(count)(shape);
+}
 
 }  // namespace packmesh

@@ -531,7 +531,8 @@ class SoftPacker {
     const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
     if (untilFull > 0) return untilFull + usualRest;
     if (rest_.tolerance < atRest) return 0;
-    return std::max<std::int64_t>(1, std::llround(std::log(std::max(rest_.force, atRest) / atRest) / usualDecay));
+    return std::max<std::int64_t>(
+        1, std::llround(std::log(std::max(rest_.force, atRest) / atRest) / usualDecay));
   }
 
   void report() const {

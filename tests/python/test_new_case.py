@@ -146,7 +146,8 @@ def test_cells_that_leave_are_no_losses(drive):
 def test_a_signal_while_cells_are_packed_is_kept(cells):
     """It would end the case without a checkpoint."""
     code = case_folder.of_kinds((SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text(), {cells, "single", "periodic"})
-    assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index("loadParticles(hemocell)" if cells == "plugin" else "loadParticles()")
+    loading = "loadParticles(hemocell)" if cells == "plugin" else "loadParticles()"
+    assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index(loading)
 
 
 def test_a_facet_is_no_end(tmp_path):
