@@ -63,7 +63,9 @@ inline Hash proximity(InstructionSet set, ContactKind kind) {
     for (const float x : forces) hash.add(x);
     for (const float x : gaps) hash.add(x);
     for (int i = 0; i < reacting; ++i) {
-      for (int c = 0; c < ofSecond; ++c) hash.add(reactions[i].vertex[c]), hash.add(reactions[i].weight[c]);
+      const float second = reactions[i].second, third = reactions[i].third;
+      const float weight[3] = {1.0f - second - third, second, third};
+      for (int c = 0; c < ofSecond; ++c) hash.add(reactions[i].vertex[c]), hash.add(weight[c]);
       hash.add(reactions[i].force);
       hash.add(reactions[i].stiffness);
       hash.add(reactions[i].gap);
