@@ -18,6 +18,8 @@ _AT = 1e-6  # farthest from an end that is its own [µm]
 _LEAST_STEP = 1e-6  # of a field from 0 to 1 between levels, far above the error of its solution
 _RESIDUAL = 1e-10  # of its equations, over that at the start
 _WEIGHTS = 0.02, 50.0  # of edges
+_AGAINST = 0.3  # of the gradient in the wall, against which the area of a loop around a pillar is
+_SHORTEST = 0.1  # way along the normal of a loop, over that along the wall
 _CUBES = 200  # about the number that hold the surface, whose vertices are moved together
 
 
@@ -65,7 +67,7 @@ def resistance_of(vessel: PlacedVessel) -> Resistance:
     else:
         field = _rising_field(vessel)
         levels, steps = _levels_of(vessel, field)
-    of = sections_of(vessel.vertices, vessel.triangles, field, levels)
+    of = sections_of(vessel.vertices, vessel.triangles, field, levels, periodic)
     along = _directions(of) if periodic else of.normal  # planes are oblique to the ways, levels only where tubes fork
     cosine = np.einsum("ni,ni->n", along, of.normal)
     area = np.maximum(of.area, 0) * cosine
@@ -198,8 +200,8 @@ def _flows(of: Sections, conductance: np.ndarray) -> Tuple[np.ndarray, float]:
     return flow / total, 1 / total
 
 
-def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, levels: np.ndarray) -> Sections:
-    """field: at the vertices, linear in triangles; levels: rising. The surface is closed, with its triangles outwards."""
+def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, levels: np.ndarray, planes: bool = False) -> Sections:
+    """field: at the vertices, linear in triangles; levels: rising; planes: the field is x. The surface is closed, with its triangles outwards."""
     count = len(triangles)
     at = np.searchsorted(levels, field)  # levels before each vertex
     slab = at[triangles]
@@ -212,8 +214,10 @@ def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, 
     edge, where = _spread(ends.min(axis=1), ends.max(axis=1) - 1)
     loop = components(len(segments), np.searchsorted(segments, where[:, None] * count + pairs[edge]))
     first, loop = np.unique(loop, return_index=True, return_inverse=True)[1:]
-    p, q, gradient = _cut(vertices[triangles[owner]], field[triangles[owner]], levels[level], loop)
-    outer = _around(p, q, loop, level[first], gradient)
+    corners, values = vertices[triangles[owner]], field[triangles[owner]]
+    p, q = _cut(corners, values, levels[level])
+    slope = np.sign(_vectors(p, q, loop)[:, 0]) if planes else _slopes(p, q, loop, corners, values)
+    outer = _around(p, q, loop, level[first], slope)
     holes = np.flatnonzero(outer != np.arange(len(first)))
     # Pieces of triangles between two levels, and which are connected there.
     piece_of, between = _spread(slab.min(axis=1), slab.max(axis=1))
@@ -225,15 +229,14 @@ def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, 
     whole, loop = np.unique(outer[loop], return_inverse=True)
     first = first[whole]
     before, after = (part[np.searchsorted(pieces, segments[first] + side * count)] for side in (0, 1))
-    return Sections(level[first], *_measures(p, q, loop, gradient[whole]), before, after, pieces[numbers] // count)
+    return Sections(level[first], *_measures(p, q, loop, slope[whole]), before, after, pieces[numbers] // count)
 
 
-def _measures(p: np.ndarray, q: np.ndarray, loop: np.ndarray, gradient: np.ndarray) -> Tuple[np.ndarray, ...]:
+def _measures(p: np.ndarray, q: np.ndarray, loop: np.ndarray, slope: np.ndarray) -> Tuple[np.ndarray, ...]:
     """Area, normal, slope, center and moments of loops of segments from p to q."""
     vector = _vectors(p, q, loop)
     length = np.linalg.norm(vector, axis=1)
     normal = vector / np.maximum(length, 1e-300)[:, None]
-    slope = np.einsum("ni,ni->n", gradient, normal)
     side = np.where(slope < 0, -1.0, 1.0)
     origin = _some_point(p, loop)
     p, q = p - origin[loop], q - origin[loop]
@@ -270,28 +273,40 @@ def _spread(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts) + low[owner]
 
 
-def _cut(corners: np.ndarray, values: np.ndarray, level: np.ndarray, loop: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Begin and end of the segments in which triangles meet levels of a field, with the inside to their left seen from where it is higher; and for each loop of
-    segments the gradient in space that the field has along the edges there, by least squares."""
+def _cut(corners: np.ndarray, values: np.ndarray, level: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Begin and end of the segments in which triangles meet levels of a field, with the inside to their left seen from where it is higher."""
     above = values > level[:, None]
     alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
     rows, others = np.arange(len(corners)), np.column_stack([alone + 1, alone + 2]) % 3
     start, low = corners[rows, alone], values[rows, alone]
     ways, rises = corners[rows[:, None], others] - start[:, None], values[rows[:, None], others] - low[:, None]
     p, q = (start + ways[:, k] * ((level - low) / rises[:, k])[:, None] for k in (0, 1))
-    weight = np.linalg.norm(q - p, axis=1)
-    matrix = _sums(np.einsum("n,nki,nkj->nij", weight, ways, ways), loop)
-    right = _sums(np.einsum("n,nki,nk->ni", weight, ways, rises), loop)
-    gradient = np.einsum("nij,nj->ni", np.linalg.pinv(matrix, rcond=1e-12, hermitian=True), right)
     upward = (low > level)[:, None]
-    return np.where(upward, p, q), np.where(upward, q, p), gradient
+    return np.where(upward, p, q), np.where(upward, q, p)
 
 
-def _around(p: np.ndarray, q: np.ndarray, loop: np.ndarray, level: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Loop that each one belongs to: itself, or if its area is against the gradient, as at a pillar, the smallest one around it."""
+def _slopes(p: np.ndarray, q: np.ndarray, loop: np.ndarray, corners: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Of a field along the normal of each loop, by its gradients in the triangles of the segments; less than 0 where the area is against them, as at a
+    pillar. Where the wall narrows, the way along the normal is shorter than that along the wall; in a flat wall around the mouth of a branch there is none."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    across = np.cross(u, v)
+    rise_u, rise_v = (values[:, k] - values[:, 0] for k in (1, 2))
+    gradient = np.cross(rise_u[:, None] * v - rise_v[:, None] * u, across) / np.maximum(np.einsum("ni,ni->n", across, across), 1e-300)[:, None]
+    weight = np.linalg.norm(q - p, axis=1)
+    whole = np.maximum(_sums(weight, loop), 1e-300)
+    along_wall = _sums(weight * np.linalg.norm(gradient, axis=1), loop) / whole
+    vector = _vectors(p, q, loop)
+    normal = vector / np.maximum(np.linalg.norm(vector, axis=1), 1e-300)[:, None]
+    rising = np.einsum("ni,ni->n", normal, _sums(weight[:, None] * gradient, loop)) / whole
+    side = np.where(rising < -_AGAINST * along_wall, -1.0, 1.0)
+    return side * along_wall**2 / np.maximum(side * rising, _SHORTEST * np.maximum(along_wall, 1e-300))
+
+
+def _around(p: np.ndarray, q: np.ndarray, loop: np.ndarray, level: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Loop that each one belongs to: itself, or if the field falls along its normal, as at a pillar, the smallest one around it."""
     vector = _vectors(p, q, loop)
     size = np.linalg.norm(vector, axis=1)
-    rising = np.einsum("ni,ni->n", vector, gradient) > 0
+    rising = slope > 0
     normal = vector / np.maximum(size, 1e-300)[:, None]
     u = np.cross(np.eye(3)[np.where(np.abs(normal[:, 2]) > 0.9, 0, 2)], normal)  # y, if the normal is x
     u /= np.maximum(np.linalg.norm(u, axis=1), 1e-300)[:, None]
