@@ -52,7 +52,8 @@ class CertifiedCells {
   /// cells, it frees the hierarchies from time to time: 80 kB for each.
   template <class Visit>
   void forEachPart(std::int64_t count, const Visit& visit) const {
-    constexpr std::int64_t atATime = 64, perSlice = 128 * atATime;
+    constexpr std::int64_t atATime = 64;
+    const std::int64_t perSlice = atATime * std::max(32, 8 * input_.threads.count());
     for (std::int64_t first = 0; first < count; first += perSlice) {
       if (first > 0)
         for (const Shape* const shape : input_.shapes) shape->forgetHierarchy();
