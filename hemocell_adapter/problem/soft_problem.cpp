@@ -144,8 +144,8 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
       made.notices.warnings.push_back(
           fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
                       "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "
-                      "room",
-                      levels.front().wall));
+                      "room; that far from the wall {}",
+                      levels.front().wall, made.failure));
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));
     made.end = std::move(soft.end);
