@@ -108,6 +108,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
     levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
   }
   SoftProblem made;
+  std::string withRoom;  // why not; empty if it was not tried, as in a run that is continued
   for (std::size_t n = 0; n < levels.size(); ++n) {
     const bool last = n + 1 == levels.size();
     const PartsToPack packed = partsAt(problem, problem.layout, levels[n]);
@@ -133,6 +134,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
     if (soft.outcome == Outcome::interrupted) return made;
     if (soft.outcome != Outcome::certified) {
       made.failure = failureOf(soft, limits);
+      if (!last) withRoom = made.failure;
       made.fewer = !soft.cells.empty();
       if (!made.fewer) continue;
     } else if (soft.startScale == 1.0) {
@@ -144,8 +146,8 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
       made.notices.warnings.push_back(
           fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
                       "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "
-                      "room; that far from the wall {}",
-                      levels.front().wall, made.failure));
+                      "room{}",
+                      levels.front().wall, withRoom.empty() ? "" : "; that far from the wall " + withRoom));
     if (auto warning = strayWarning(problem, packed, soft.cells))
       made.notices.warnings.push_back(std::move(*warning));
     made.end = std::move(soft.end);

@@ -216,7 +216,7 @@ def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, 
     first, loop = np.unique(loop, return_index=True, return_inverse=True)[1:]
     corners, values = vertices[triangles[owner]], field[triangles[owner]]
     p, q = _cut(corners, values, levels[level])
-    slope = np.sign(_vectors(p, q, loop)[:, 0]) if planes else _slopes(p, q, loop, corners, values)
+    slope = np.sign(_outlines(p, q, loop)[1][:, 0]) if planes else _slopes(p, q, loop, corners, values)
     outer = _around(p, q, loop, level[first], slope)
     holes = np.flatnonzero(outer != np.arange(len(first)))
     # Pieces of triangles between two levels, and which are connected there.
@@ -234,9 +234,7 @@ def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, 
 
 def _measures(p: np.ndarray, q: np.ndarray, loop: np.ndarray, slope: np.ndarray) -> Tuple[np.ndarray, ...]:
     """Area, normal, slope, center and moments of loops of segments from p to q."""
-    vector = _vectors(p, q, loop)
-    length = np.linalg.norm(vector, axis=1)
-    normal = vector / np.maximum(length, 1e-300)[:, None]
+    length, normal = _outlines(p, q, loop)
     side = np.where(slope < 0, -1.0, 1.0)
     origin = _some_point(p, loop)
     p, q = p - origin[loop], q - origin[loop]
@@ -249,10 +247,12 @@ def _measures(p: np.ndarray, q: np.ndarray, loop: np.ndarray, slope: np.ndarray)
     return side * length, side[:, None] * normal, side * slope, center + origin, moments
 
 
-def _vectors(p: np.ndarray, q: np.ndarray, loop: np.ndarray) -> np.ndarray:
-    """Of the area of each loop [µm²]"""
+def _outlines(p: np.ndarray, q: np.ndarray, loop: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Area of each loop [µm²], at least 0, and its direction."""
     origin = _some_point(p, loop)[loop]
-    return 0.5 * _sums(np.cross(p - origin, q - origin), loop)
+    vector = 0.5 * _sums(np.cross(p - origin, q - origin), loop)
+    area = np.linalg.norm(vector, axis=1)
+    return area, vector / np.maximum(area, 1e-300)[:, None]
 
 
 def _some_point(p: np.ndarray, loop: np.ndarray) -> np.ndarray:
@@ -295,8 +295,7 @@ def _slopes(p: np.ndarray, q: np.ndarray, loop: np.ndarray, corners: np.ndarray,
     weight = np.linalg.norm(q - p, axis=1)
     whole = np.maximum(_sums(weight, loop), 1e-300)
     along_wall = _sums(weight * np.linalg.norm(gradient, axis=1), loop) / whole
-    vector = _vectors(p, q, loop)
-    normal = vector / np.maximum(np.linalg.norm(vector, axis=1), 1e-300)[:, None]
+    normal = _outlines(p, q, loop)[1]
     rising = np.einsum("ni,ni->n", normal, _sums(weight[:, None] * gradient, loop)) / whole
     side = np.where(rising < -_AGAINST * along_wall, -1.0, 1.0)
     return side * along_wall**2 / np.maximum(side * rising, _SHORTEST * np.maximum(along_wall, 1e-300))
@@ -304,10 +303,8 @@ def _slopes(p: np.ndarray, q: np.ndarray, loop: np.ndarray, corners: np.ndarray,
 
 def _around(p: np.ndarray, q: np.ndarray, loop: np.ndarray, level: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Loop that each one belongs to: itself, or if the field falls along its normal, as at a pillar, the smallest one around it."""
-    vector = _vectors(p, q, loop)
-    size = np.linalg.norm(vector, axis=1)
+    size, normal = _outlines(p, q, loop)
     rising = slope > 0
-    normal = vector / np.maximum(size, 1e-300)[:, None]
     u = np.cross(np.eye(3)[np.where(np.abs(normal[:, 2]) > 0.9, 0, 2)], normal)  # y, if the normal is x
     u /= np.maximum(np.linalg.norm(u, axis=1), 1e-300)[:, None]
     axes = np.stack([u, np.cross(normal, u), normal], axis=1)
