@@ -122,6 +122,12 @@ class AcceptedWall final : public Wall {
       }
   }
 
+  /// If the true wall consists of cubes, too: nodes where vertices are kept are inside it.
+  WallDistance smoothed(const Vec3& p) const override { return voxels_.smoothed(p); }
+  double smoothReach() const override {
+    return wall_ && wall_->smoothReach() > 0.0 ? voxels_.smoothReach() : 0.0;
+  }
+
   double slack() const override { return std::max(voxels_.slack(), wall_ ? wall_->slack() : 0.0); }
 
   /// Faces and centres of voxels are at multiples of this.
@@ -235,6 +241,8 @@ class MovedWall : public Wall {
   MovedWall(const Wall* wall, const Vec3& shift) : wall_(wall), shift_(shift) {}
 
   WallDistance distance(const Vec3& p) const override { return wall_->distance(p - shift_); }
+  WallDistance smoothed(const Vec3& p) const override { return wall_->smoothed(p - shift_); }
+  double smoothReach() const override { return wall_->smoothReach(); }
   double slack() const override { return wall_->slack(); }
   double samplingSpacing() const override { return wall_->samplingSpacing(); }
   void sample(const NodeBlock& block, float* distances) const override {

@@ -156,6 +156,53 @@ const Decoder decoder;
 
 }  // namespace
 
+namespace {
+
+/// Weights of the three nodes along an axis that quadratic B-splines have at a point, and their derivatives.
+struct SplineWeights {
+  int first;
+  double value[3], slope[3];
+
+  explicit SplineWeights(double u) : first(static_cast<int>(std::floor(u + 0.5)) - 1) {
+    const double t = u - (first + 1);  // from the nearest node
+    value[0] = 0.5 * (0.5 - t) * (0.5 - t), slope[0] = t - 0.5;
+    value[1] = 0.75 - t * t, slope[1] = -2.0 * t;
+    value[2] = 0.5 * (0.5 + t) * (0.5 + t), slope[2] = t + 0.5;
+  }
+};
+
+/// The weight of a node at the corner of its cube.
+constexpr double shareAtCorner = 0.125;
+
+}  // namespace
+
+double VoxelDistance::smoothReach() const {
+  return std::sqrt(2.0 * shareAtCorner) * dx_;
+}
+
+WallDistance VoxelDistance::smoothed(const Vec3& p) const {
+  const SplineWeights x(p.x() / dx_), y(p.y() / dx_), z(p.z() / dx_);
+  double share = 0.0;
+  Vec3 slope = Vec3::Zero();  // per node
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 3; ++j) {
+      const unsigned solid = ~patternOf(inside_, x.first, y.first + j, z.first + k) & 7u;
+      if (solid == 0) continue;
+      double value = 0.0, along = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        const double counts = solid >> i & 1u;
+        value += counts * x.value[i];
+        along += counts * x.slope[i];
+      }
+      share += value * y.value[j] * z.value[k];
+      slope += Vec3(along * y.value[j] * z.value[k], value * y.slope[j] * z.value[k],
+                    value * y.value[j] * z.slope[k]);
+    }
+  const double steepness = slope.norm();
+  return {smoothReach() - std::sqrt(2.0 * share) * dx_,
+          steepness > 0.0 ? Vec3(-slope / steepness) : Vec3(Vec3::Zero())};
+}
+
 VoxelDistance::VoxelDistance(const Lattice& inside)
     : dx_(inside.dx()),
       nodes_(inside.nodes()),

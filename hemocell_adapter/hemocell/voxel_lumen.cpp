@@ -63,6 +63,8 @@ class VoxelLumen final : public Container, public Wall {
   }
 
   WallDistance distance(const Vec3& p) const override { return voxels_.at(inFrame(p)); }
+  WallDistance smoothed(const Vec3& p) const override { return voxels_.smoothed(inFrame(p)); }
+  double smoothReach() const override { return voxels_.smoothReach(); }
   double slack() const override { return voxels_.slack(); }
   double samplingSpacing() const override { return 0.5 * lattice_->dx(); }
 

@@ -102,10 +102,15 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
 }  // namespace
 
 SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
+  // With room at the wall, if there can be more than is demanded, and with as much as is demanded.
   std::vector<Clearances> levels = {problem.demanded};
-  if (problem.request.choosesWallClearance() && problem.lumen.solidWalls && problem.lumen.container->wall()) {
+  const Wall* const wall = problem.lumen.container->wall();
+  const bool ofNodes = wall && wall->smoothReach() > 0.0;
+  const bool mayHaveRoom = ofNodes ? problem.demanded.wall == 0.0 : problem.request.choosesWallClearance();
+  if (problem.lumen.solidWalls && wall && mayHaveRoom) {
     levels.insert(levels.begin(), problem.demanded);
-    levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
+    if (!ofNodes)
+      levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
   }
   SoftProblem made;
   std::string withRoom;  // why not; empty if it was not tried, as in a run that is continued
@@ -114,6 +119,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
     const PartsToPack packed = partsAt(problem, problem.layout, levels[n]);
     const auto packing =
         std::make_shared<PackingProblem>(packingProblemOf(problem, packed, run.interrupted, run.progress));
+    packing->physics.smoothWalls = ofNodes && !last;
     made.packing = packing;
     if (!run.prepare(*packing, last)) continue;
     if (const double most = problem.request.maxSeconds; most > 0.0)
@@ -142,7 +148,7 @@ SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
       made.problem = problem;
       return made;
     }
-    if (last && levels.size() > 1)
+    if (last && levels.size() > 1 && !ofNodes)
       made.notices.warnings.push_back(
           fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
                       "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "

@@ -78,6 +78,12 @@ class Wall : public DistanceSource {
   /// The same wall as a formula, if there is one.
   virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
 
+  /// Of a wall of cubes: a smooth lower bound of the distance, for membranes, which catch on edges. It grows
+  /// by at most as much as the distance, up to smoothReach(); where it is 0 the distance is less than 1.5
+  /// times that.
+  virtual WallDistance smoothed(const Vec3& p) const { return distance(p); }
+  virtual double smoothReach() const { return 0.0; }  ///< 0: there is none [µm]
+
   /// Without a closed form: spacing at which the distance can be sampled and interpolated [µm], on nodes at
   /// integer multiples of it.
   virtual double samplingSpacing() const { return 0.25; }
@@ -166,6 +172,7 @@ WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, doubl
   for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
     const Vec3 v = cell.vertex(i);
     within += inside(v);
+    if (within > 0 && within <= i) break;
     if (gapOfInterest > 0.0) nearest = std::min(nearest, wall.distance(v).distance);
   }
   if (within < cell.vertexCount())

@@ -98,7 +98,8 @@ std::string Digest::text() const {
 
 std::string digestOf(const PackingProblem& problem) {
   // `written` is not compared: it belongs to the program, not to the problem.
-  const auto& [species, shapes, container, clearance, wallClearance, seed, rotate, written] = problem.physics;
+  const auto& [species, shapes, container, clearance, wallClearance, smoothWalls, seed, rotate, written] =
+      problem.physics;
   Digest digest;
   digest.add(generation);
   digest.add(problem.engine ? 1 : 0);
@@ -106,6 +107,7 @@ std::string digestOf(const PackingProblem& problem) {
   digest.add(rotate);
   digest.add(clearance);
   digest.add(wallClearance);
+  if (smoothWalls) digest.add(std::string("smooth walls"));
   digest.add(1);  // of a removed option, so that the digests of older states remain valid
   if (problem.engine) problem.engine->addTo(digest);
   const Box bounds = container->bounds();

@@ -135,6 +135,8 @@ struct Physics {
   double clearance = 0.0;
   /// Least gap between membrane and wall [µm], guaranteed by the certificate.
   double wallClearance = 0.0;
+  /// Where it is 0, and a wall has a smoothed distance: whether soft cells keep to that.
+  bool smoothWalls = false;
   std::uint64_t seed = 1;
   bool rotate = true;  ///< false: every orientation stays the identity
   /// The pose as it will be written, so that the certificate refers to the written numbers; called by several
@@ -169,6 +171,10 @@ struct Physics {
   const Wall* wallOf(int s) const { return wallOf(species[s]); }
   /// Least gap between cells of a species and their wall [µm].
   double wallClearanceOf(int s) const { return wallClearance + species[s].freedom.extraWallClearance; }
+  /// That of the smoothed distance to which its soft cells keep [µm]; 0: they do not.
+  double smoothReachOf(int s) const {
+    return smoothWalls && wallOf(s) && wallClearanceOf(s) == 0.0 ? wallOf(s)->smoothReach() : 0.0;
+  }
   /// The largest length of the shapes of the species: `&Shape::radius` or `&Shape::reach` [µm].
   double largest(double (Shape::*length)() const) const;
   /// Contains all cells while they are moved: samples of distances are for this region [µm].

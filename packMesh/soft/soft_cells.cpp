@@ -46,7 +46,7 @@ class SoftCells::Pages {
       ++page_;
       used_ = 0;
     }
-    if (page_ == pages_.size()) pages_.emplace_back(pageSize);
+    if (page_ == pages_.size()) pages_.emplace_back(firstSize << std::min(page_, mostDoubled));
     if (pages_[page_].size() < size) pages_[page_].resize(size);  // nothing is in it
     return pages_[page_].data() + used_;
   }
@@ -59,7 +59,8 @@ class SoftCells::Pages {
   }
 
  private:
-  static constexpr std::size_t pageSize = (std::size_t(1) << 20) / sizeof(T);
+  /// Of pages: each is twice as large as the one before, so often.
+  static constexpr std::size_t firstSize = (std::size_t(1) << 14) / sizeof(T), mostDoubled = 6;
   std::vector<std::vector<T>> pages_;
   std::size_t page_ = 0, used_ = 0;  ///< the one that is being filled, and how many are in it
 };

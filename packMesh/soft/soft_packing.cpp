@@ -34,6 +34,8 @@ constexpr double startGap = 0.35;
 /// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
 /// corners between cells gaps are wider.
 constexpr double shareOfMeanGap = 0.8;
+/// Where cells fill less of the lumen, contacts are so few that it takes longest to list them.
+constexpr double sparse = 0.5;
 /// The least range, as a share of the usual one.
 constexpr double leastRange = 0.2;
 /// Cells are at rest when SoftCells::usualForce() is less than this [pN]; halved, as long as HemoCell's
@@ -41,6 +43,8 @@ constexpr double leastRange = 0.2;
 constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// Interpolated distances to an edge of the wall are too large by at most this [spacings].
 constexpr double interpolationExcess = 0.26;
+/// Where smoothed distances are positive, at the latest [reach].
+constexpr double smoothedExcess = 1.5;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
@@ -77,25 +81,27 @@ double excessOf(const Wall& wall, const Box& region) {
 
 /// The wall of a species, as what is left to it beyond the gap that it demands.
 WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
-  if (const auto form = wall.closedForm())
-    return [form = *form, demanded](const Vec3& p) {
-      WallDistance at = form.distance(p);
-      at.distance -= demanded;
+  const auto beyond = [](double gap, auto distance) {
+    return [=](const Vec3& p) {
+      WallDistance at = distance(p);
+      at.distance -= gap;
       return at;
     };
-  const SampledDistance& samples = wall.sampled(region);
-  const double excess = demanded + excessOf(wall, region);
-  return [&samples, excess](const Vec3& p) {
-    WallDistance at = samples.sample(p);
-    at.distance -= excess;
-    return at;
   };
+  if (const auto form = wall.closedForm())
+    return beyond(demanded, [form = *form](const Vec3& p) { return form.distance(p); });
+  return beyond(demanded + excessOf(wall, region),
+                [samples = &wall.sampled(region)](const Vec3& p) { return samples->sample(p); });
 }
 
 std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
   const Box region = physics.surroundings();
   std::optional<WallGap> gap;
-  if (const Wall* wall = physics.wallOf(s)) gap = gapFrom(*wall, physics.wallClearanceOf(s), region);
+  const Wall* const wall = physics.wallOf(s);
+  if (physics.smoothReachOf(s) > 0.0)
+    gap = [wall](const Vec3& p) { return wall->smoothed(p); };
+  else if (wall)
+    gap = gapFrom(*wall, physics.wallClearanceOf(s), region);
   if (const auto& layer = physics.species[s].freedom.freeLayer) {
     const WallGap other = gapFrom(*layer->wall, layer->thickness, region);
     gap = !gap ? other : [a = *gap, other](const Vec3& p) {
@@ -134,7 +140,8 @@ Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, do
     Species& species = small.species[s];
     const Box region = physics.surroundings();
     if (const Wall* wall = physics.wallOf(int(s)))
-      species.freedom.extraWallClearance += excessOf(*wall, region);
+      species.freedom.extraWallClearance +=
+          std::max(smoothedExcess * physics.smoothReachOf(int(s)), excessOf(*wall, region));
     if (auto& layer = species.freedom.freeLayer) layer->thickness += gap + excessOf(*layer->wall, region);
     species.shape = smallShape(species.shape);
     for (DeformedCell& cell : species.deformed) cell.shape = smallShape(cell.shape);
@@ -184,6 +191,10 @@ class SoftPacker {
     settings_.edgeRange *= part;
     settings_.wallRange *= part;
     settings_.clearance = physics_.clearance;
+    if (fraction_ < sparse) settings_.skin *= 2.0;
+    for (std::size_t s = 0; s < physics_.species.size(); ++s)
+      if (const double reach = physics_.smoothReachOf(int(s)); reach > 0.0)
+        settings_.wallRange = std::min(settings_.wallRange, reach);
     if (limits_.fewerCells && control_.limited())
       control_.stopAfter(shareOfAll * problem.execution.limits.maxSeconds);
   }
@@ -259,16 +270,15 @@ class SoftPacker {
 
   /// @return whether all have full size, and are within the limits
   bool growAndComeToRest(std::int64_t iterations, bool withCheckpoints) {
-    SoftCells& cells = *cells_;
-    while (!rest_.reached && !control_.stopped() && cells.iterations() < iterations) {
-      cells.step();
+    while (!rest_.reached && !control_.stopped() && cells_->iterations() < iterations) {
+      cells_->step();
       rest_.reached = isAtRest();
       report();
       if (withCheckpoints && problem_.checkpoints && problem_.checkpoints->due &&
           problem_.execution.communicator.any(problem_.checkpoints->due()))
         problem_.checkpoints->save(state());
     }
-    return cells.full() && limits_.allow(largestDeformation());
+    return cells_->full() && limits_.allow(largestDeformation());
   }
 
   /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
@@ -284,7 +294,8 @@ class SoftPacker {
       ++rest_.unfolded;
       return false;
     }
-    const bool suffices = limits_.allow(most) && (!isUnusual(most) || attempt_ + 1 < mostAttempts);
+    const bool another = attempt_ + 1 < mostAttempts || best_.attempt >= 0;
+    const bool suffices = limits_.allow(most) && (another || !isUnusual(most));
     if (suffices && rest_.forceBefore > 0.0 && most.force > worthResting * rest_.forceBefore) return true;
     rest_.forceBefore = most.force;
     rest_.tolerance *= 0.5;
@@ -363,14 +374,12 @@ class SoftPacker {
         return;
       begin(std::move(left));
       const bool packed = growAndComeToRest(std::min(limits_.iterations, iterationsOfRound), false);
-      if (control_.interrupted()) {
+      const bool interrupted = control_.interrupted();
+      if (interrupted)
         out.outcome = Outcome::interrupted;
-        return;
-      }
-      if (packed) {
+      else if (packed)
         out.cells = result();
-        return;
-      }
+      if (interrupted || packed) return;
     }
   }
 
@@ -536,10 +545,9 @@ class SoftPacker {
   }
 
   void report() const {
-    const SoftCells& cells = *cells_;
-    if (!problem_.execution.progress || cells.iterations() % reportEvery != 0) return;
+    if (!problem_.execution.progress || cells_->iterations() % reportEvery != 0) return;
     problem_.execution.progress(
-        {softCellsStage, cells.iterations(), cells.smallestScale(), 0.0, 0, iterationsLeft()});
+        {softCellsStage, cells_->iterations(), cells_->smallestScale(), 0.0, 0, iterationsLeft()});
   }
 
   const PackingProblem& problem_;

@@ -65,6 +65,60 @@ TEST_CASE("The transform equals the distance to all cubes at every sample", "[vo
   }
 }
 
+TEST_CASE("The smoothed distance is a lower bound that grows no faster than the distance", "[voxels]") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const auto anywhere = [&](const Vec3& size) {
+    return Vec3(Vec3(uniform(random), uniform(random), uniform(random)).cwiseProduct(size).array() - 0.5);
+  };
+  double steepest = 0.0, corner = 0.0;  // where it is 0: the distance [reach]
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    const std::array<int, 3> nodes = {14, 12, 10};
+    Lattice lattice = randomBlobs(nodes, 40 + seed, 2 + int(seed % 4));
+    for (int n = 0; n < (seed < 6 ? 0 : 200); ++n)  // single nodes
+      lattice.setFluid(int(random() % 14), int(random() % 12), int(random() % 10), seed % 2 == 0);
+    const VoxelDistance field(lattice);
+    double beyond = 0.0, worstSlope = 0.0;
+    for (int n = 0; n < 4000; ++n) {
+      const Vec3 u = anywhere({14, 12, 10});
+      const WallDistance found = field.smoothed(0.5 * u);
+      const double expected = 0.5 * bruteForce(lattice, u);
+      beyond = std::max(beyond, found.distance - std::max(expected, 0.0));
+      if (found.distance <= 0.0) corner = std::max(corner, expected / field.smoothReach());
+      CHECK(found.distance <= field.smoothReach());
+      if (found.gradient.isZero()) CHECK((found.distance == field.smoothReach() || expected < 0.0));
+      if (found.distance < -0.2 || found.distance > 0.999 * field.smoothReach()) continue;
+      const double step = 1e-6;
+      Vec3 slope;
+      for (int k = 0; k < 3; ++k)
+        slope[k] = (field.smoothed(0.5 * u + step * Vec3::Unit(k)).distance -
+                    field.smoothed(0.5 * u - step * Vec3::Unit(k)).distance) /
+                   (2.0 * step);
+      worstSlope = std::max(worstSlope, (slope.normalized() - found.gradient).norm());
+      steepest = std::max(steepest, slope.norm());
+    }
+    CHECK(beyond < 1e-12);
+    CHECK(worstSlope < 1e-4);
+  }
+  CHECK(corner < 1.5);
+  CHECK(steepest < 1.0 + 1e-6);
+  CHECK(steepest > 0.8);
+}
+
+TEST_CASE("The smoothed distance is that to a plane, where nodes on one side of it are solid", "[voxels]") {
+  Lattice lattice({12, 12, 12}, 0.25);
+  for (int k = 0; k < 12; ++k)
+    for (int j = 0; j < 12; ++j) lattice.setFluid(0, 3, j, k, false);
+  const VoxelDistance field(lattice);
+  for (double u = 3.6; u < 4.5; u += 0.11) {
+    const WallDistance at = field.smoothed(0.25 * Vec3(u, 5.3, 5.8));
+    CHECK(at.distance == Approx(0.25 * (u - 4.0)).margin(1e-12));
+    CHECK((at.gradient - Vec3::UnitX()).norm() < 1e-12);
+  }
+  CHECK(field.smoothed(0.25 * Vec3(4.5, 5.3, 5.8)).distance == field.smoothReach());
+  CHECK(field.smoothReach() == 0.125);
+}
+
 TEST_CASE("The distance to voxels has the exact sign everywhere and is exact up to its slack", "[voxels]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
