@@ -173,11 +173,14 @@ struct SplineWeights {
 
 /// The weight of a node at the corner of its cube.
 constexpr double shareAtCorner = 0.125;
+/// Between vertices, edges of a membrane come nearer to the cubes than the smoothed wall by less than this
+/// [dx].
+constexpr double smoothMargin = 0.15;
 
 }  // namespace
 
 double VoxelDistance::smoothReach() const {
-  return std::sqrt(2.0 * shareAtCorner) * dx_;
+  return (std::sqrt(2.0 * shareAtCorner) - smoothMargin) * dx_;
 }
 
 WallDistance VoxelDistance::smoothed(const Vec3& p) const {

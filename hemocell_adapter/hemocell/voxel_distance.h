@@ -51,7 +51,7 @@ class VoxelDistance {
 
   /// A smooth lower bound of the distance, at most smoothReach(): it follows from the share of solid nodes
   /// around p, with quadratic B-splines as weights. Where nodes on one side of a plane are solid, it is 0
-  /// half a dx from the faces of their cubes; where it is positive, p is in no cube of a solid node.
+  /// at 0.65 dx from the faces of their cubes; where it is positive, p is in no cube of a solid node.
   WallDistance smoothed(const Vec3& p) const;
   double smoothReach() const;  ///< [µm]
 

@@ -79,7 +79,7 @@ class Wall : public DistanceSource {
   virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
 
   /// Of a wall of cubes: a smooth lower bound of the distance, for membranes, which catch on edges. It grows
-  /// by at most as much as the distance, up to smoothReach(); where it is 0 the distance is less than 1.5
+  /// by at most as much as the distance, up to smoothReach(); where it is 0 the distance is less than 2.2
   /// times that.
   virtual WallDistance smoothed(const Vec3& p) const { return distance(p); }
   virtual double smoothReach() const { return 0.0; }  ///< 0: there is none [µm]

@@ -14,6 +14,7 @@
 #include "packMesh/soft/contact_lists.h"
 #include "packMesh/soft/membrane.h"
 #include "packMesh/soft/soft_kernels.h"
+#include "packMesh/soft/soft_physics.h"
 #include "packMesh/soft/soft_shares.h"
 
 namespace packmesh {
@@ -35,10 +36,6 @@ struct SoftSettings {
   /// in each iteration.
   double stiffening = 5.0;
 };
-
-/// Distance beyond the least that a wall demands, or a lower bound of it, and its gradient. Called by several
-/// threads.
-using WallGap = std::function<WallDistance(const Vec3&)>;
 
 struct SoftCell {
   std::shared_ptr<const Membrane> membrane;

@@ -2,9 +2,9 @@
 #include "packMesh/soft/soft_packing.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -29,8 +29,9 @@ constexpr double smaller = 0.85, smallestStart = 0.25;
 /// Sweeps for that at full size, where the result may need no deformation, and for smaller cells: where these
 /// need more, still smaller ones are sooner packed and grown.
 constexpr std::int64_t sweepsForResult = 3000, sweepsForStart = 100;
-/// Gap that they begin with, as a share of the range of the barrier.
-constexpr double startGap = 0.35;
+/// Gap that they begin with, as a share of the range of the barrier; and distance from walls of cubes, as a
+/// share of the reach of the smoothed wall: usually less suffices than beyond any corner.
+constexpr double startGap = 0.35, usualStart = 1.3, surelyInside = 2.2;
 /// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
 /// corners between cells gaps are wider.
 constexpr double shareOfMeanGap = 0.8;
@@ -41,10 +42,6 @@ constexpr double leastRange = 0.2;
 /// Cells are at rest when SoftCells::usualForce() is less than this [pN]; halved, as long as HemoCell's
 /// forces are not as small as aimed at, down to the least.
 constexpr double atRest = 1.0, leastAtRest = 0.02;
-/// Interpolated distances to an edge of the wall are too large by at most this [spacings].
-constexpr double interpolationExcess = 0.26;
-/// Where smoothed distances are positive, at the latest [reach].
-constexpr double smoothedExcess = 1.5;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
 /// will not decrease much any more, and suffices if it is within the limit.
 constexpr double worthResting = 0.9;
@@ -72,83 +69,6 @@ static_assert(reportEvery % lookEvery == 0);  // the estimate is of the last loo
 /// logarithm of the largest force in one.
 constexpr std::int64_t usualRest = 20;
 constexpr double usualDecay = 0.05;
-
-/// By how much distances of a wall may be too large [µm].
-double excessOf(const Wall& wall, const Box& region) {
-  if (wall.closedForm()) return 0.0;
-  return wall.slack() + interpolationExcess * wall.sampled(region).spacing();
-}
-
-/// The wall of a species, as what is left to it beyond the gap that it demands.
-WallGap gapFrom(const Wall& wall, double demanded, const Box& region) {
-  const auto beyond = [](double gap, auto distance) {
-    return [=](const Vec3& p) {
-      WallDistance at = distance(p);
-      at.distance -= gap;
-      return at;
-    };
-  };
-  if (const auto form = wall.closedForm())
-    return beyond(demanded, [form = *form](const Vec3& p) { return form.distance(p); });
-  return beyond(demanded + excessOf(wall, region),
-                [samples = &wall.sampled(region)](const Vec3& p) { return samples->sample(p); });
-}
-
-std::optional<WallGap> wallGapOf(const Physics& physics, int s) {
-  const Box region = physics.surroundings();
-  std::optional<WallGap> gap;
-  const Wall* const wall = physics.wallOf(s);
-  if (physics.smoothReachOf(s) > 0.0)
-    gap = [wall](const Vec3& p) { return wall->smoothed(p); };
-  else if (wall)
-    gap = gapFrom(*wall, physics.wallClearanceOf(s), region);
-  if (const auto& layer = physics.species[s].freedom.freeLayer) {
-    const WallGap other = gapFrom(*layer->wall, layer->thickness, region);
-    gap = !gap ? other : [a = *gap, other](const Vec3& p) {
-      const WallDistance first = a(p), second = other(p);
-      return first.distance < second.distance ? first : second;
-    };
-  }
-  return gap;
-}
-
-/// The physics of undeformed cells at a scale, apart from those that do not grow.
-Physics scaledPhysics(const Physics& physics, const std::vector<char>& grows, double scale, double gap) {
-  Physics small = physics;
-  small.clearance += gap;
-  small.wallClearance += gap;
-  std::map<const Shape*, std::shared_ptr<const Shape>> made;
-  const auto madeOf = [&](const std::shared_ptr<const Shape>& shape) {
-    std::shared_ptr<const Shape>& out = made[shape.get()];
-    if (!out) out = std::make_shared<const Shape>(*shape, scale);
-    return out;
-  };
-  // Shapes can be shared with species that do not grow: small ones have numbers of their own.
-  std::map<int, int> smallOf;
-  const auto smallShape = [&](int shape) {
-    const auto [at, isNew] = smallOf.try_emplace(shape, int(small.shapes.size()));
-    if (!isNew) return at->second;
-    const auto& undeformed = physics.shapes[shape]->undeformed();
-    small.shapes.push_back(
-        undeformed ? std::make_shared<const Shape>(scaledBy(scale, physics.shapes[shape]->mesh().vertices),
-                                                   madeOf(undeformed))
-                   : madeOf(physics.shapes[shape]));
-    return at->second;
-  };
-  for (std::size_t s = 0; s < small.species.size(); ++s) {
-    if (!grows[s] || scale == 1.0) continue;
-    Species& species = small.species[s];
-    const Box region = physics.surroundings();
-    if (const Wall* wall = physics.wallOf(int(s)))
-      species.freedom.extraWallClearance +=
-          std::max(smoothedExcess * physics.smoothReachOf(int(s)), excessOf(*wall, region));
-    if (auto& layer = species.freedom.freeLayer) layer->thickness += gap + excessOf(*layer->wall, region);
-    species.shape = smallShape(species.shape);
-    for (DeformedCell& cell : species.deformed) cell.shape = smallShape(cell.shape);
-  }
-  small.written = {};
-  return small;
-}
 
 /// Of what is not in the physics.
 std::string digestOf(const std::vector<SoftSpecies>& softness) {
@@ -338,7 +258,7 @@ class SoftPacker {
           "the lattice spacing, or which cells are rigid, differ");
     attempt_ = int(soft.counters[1]);
     scale_ = soft.numbers[2];
-    small_ = smallPhysics(scale_);
+    small_ = smallPhysics(scale_, usualStart);
     placed_ = ranks.gatherAll(state.cells);
     for (BodyState& cell : placed_) {
       cell.scale = 1.0;  // of the small shapes
@@ -420,17 +340,22 @@ class SoftPacker {
     return false;
   }
 
-  Physics smallPhysics(double scale) const {
+  Physics smallPhysics(double scale, double ofSmoothed) const {
     // Those of full size are a result, if there are any.
     const double gap = scale == 1.0 ? 0.0 : startGap * settings_.range * scale;
-    Physics small = scaledPhysics(physics_, grows_, scale, gap);
+    Physics small = scaledPhysics(physics_, grows_, scale, gap, ofSmoothed);
     small.seed += std::uint64_t(attempt_) << seedBits;
     return small;
   }
 
   /// Packs undeformed cells at a scale. @return false: they are not packed easily
   bool placeUndeformed(double scale) {
-    PackingProblem small{smallPhysics(scale), nullptr, problem_.execution};
+    if (!placeUndeformed(scale, usualStart)) return false;
+    return areWithinWalls() || (placeUndeformed(scale, surelyInside) && areWithinWalls());
+  }
+
+  bool placeUndeformed(double scale, double ofSmoothed) {
+    PackingProblem small{smallPhysics(scale, ofSmoothed), nullptr, problem_.execution};
     if (problem_.execution.progress)
       small.execution.progress = [this, scale](Progress progress) {
         progress.scale *= scale;
@@ -460,6 +385,28 @@ class SoftPacker {
     return true;
   }
 
+  /// Whether cells at less than their size keep to the smoothed walls of their species.
+  bool areWithinWalls() {
+    makeWalls();
+    std::atomic<bool> within = true;
+    problem_.execution.threads.forEach(std::int64_t(placed_.size()), [&](std::int64_t i, int) {
+      const int s = placed_[i].species;
+      if (scale_ == 1.0 || !grows_[s] || physics_.smoothReachOf(s) == 0.0) return;
+      for (const Vec3& v : placedVertices(small_.shapeOf(placed_[i]).mesh(), placed_[i].pose().placement()))
+        if (walls_[wallOf_[s]](v).distance <= 0.0) within = false;
+    });
+    return within;
+  }
+
+  void makeWalls() {
+    if (!wallOf_.empty()) return;
+    for (int s = 0; s < int(physics_.species.size()); ++s) {
+      const auto gap = wallGapOf(physics_, s);
+      wallOf_.push_back(gap ? int(walls_.size()) : -1);
+      if (gap) walls_.push_back(*gap);
+    }
+  }
+
   /// @param i number among those that were placed
   SoftCell softCell(std::size_t i, std::vector<Vec3> vertices, double scale) const {
     const int s = placed_[i].species;
@@ -469,12 +416,7 @@ class SoftPacker {
 
   /// The cells that were placed become soft.
   void begin() {
-    if (wallOf_.empty())
-      for (int s = 0; s < int(physics_.species.size()); ++s) {
-        const auto gap = wallGapOf(physics_, s);
-        wallOf_.push_back(gap ? int(walls_.size()) : -1);
-        if (gap) walls_.push_back(*gap);
-      }
+    makeWalls();
     std::vector<SoftCell> cells;
     for (std::size_t i = 0; i < placed_.size(); ++i)
       cells.push_back(softCell(
