@@ -31,6 +31,18 @@ std::vector<SoftSpecies> softSpecies(const Problem& problem, const PartsToPack& 
   return soft;
 }
 
+/// With room at the wall, if there can be more than is demanded, and with as much as is demanded.
+/// @param ofNodes the lumen consists of fluid nodes: room is what a smooth wall leaves
+std::vector<Clearances> softLevels(const Problem& problem, bool ofNodes) {
+  std::vector<Clearances> levels = {problem.demanded};
+  const bool mayHaveRoom = ofNodes ? problem.demanded.wall == 0.0 : problem.request.choosesWallClearance();
+  if (!problem.lumen.solidWalls || !problem.lumen.container->wall() || !mayHaveRoom) return levels;
+  levels.insert(levels.begin(), problem.demanded);
+  if (!ofNodes)
+    levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
+  return levels;
+}
+
 /// The species with these cells, which are all there; fixed ones stay.
 std::vector<SpeciesPlan> softPlans(const Problem& problem, const PartsToPack& packed,
                                    const std::vector<Cell>& cells) {
@@ -102,16 +114,9 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
 }  // namespace
 
 SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
-  // With room at the wall, if there can be more than is demanded, and with as much as is demanded.
-  std::vector<Clearances> levels = {problem.demanded};
   const Wall* const wall = problem.lumen.container->wall();
   const bool ofNodes = wall && wall->smoothReach() > 0.0;
-  const bool mayHaveRoom = ofNodes ? problem.demanded.wall == 0.0 : problem.request.choosesWallClearance();
-  if (problem.lumen.solidWalls && wall && mayHaveRoom) {
-    levels.insert(levels.begin(), problem.demanded);
-    if (!ofNodes)
-      levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
-  }
+  const std::vector<Clearances> levels = softLevels(problem, ofNodes);
   SoftProblem made;
   std::string withRoom;  // why not; empty if it was not tried, as in a run that is continued
   for (std::size_t n = 0; n < levels.size(); ++n) {

@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/container/container.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/parallel/threads.h"
+#include "packMesh/problem/physics.h"
 #include "packMesh/soft/contact_lists.h"
 #include "packMesh/soft/membrane.h"
 #include "packMesh/soft/soft_kernels.h"
-#include "packMesh/soft/soft_physics.h"
 #include "packMesh/soft/soft_shares.h"
 
 namespace packmesh {

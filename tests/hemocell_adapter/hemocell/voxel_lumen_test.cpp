@@ -6,7 +6,9 @@
 #include <random>
 
 #include "packMesh/core/error.h"
+#include "packMesh/problem/physics.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/shapes.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -55,6 +57,41 @@ bool meetsSolid(const Lattice& lattice, const Box& box, const Axes& periodic) {
 }
 
 }  // namespace
+
+TEST_CASE("Soft cells keep to the smoothed wall of fluid nodes, as long as no clearance is demanded",
+          "[lattice][soft]") {
+  auto lattice = std::make_shared<Lattice>(std::array<int, 3>{20, 19, 19}, 0.25);
+  for (int k = 0; k < 19; ++k)
+    for (int j = 0; j < 19; ++j)
+      if ((j - 9) * (j - 9) + (k - 9) * (k - 9) > 64) lattice->setFluid(0, 19, j, k, false);
+  Physics physics;
+  physics.container = makeVoxelLumen(lattice, {true, false, false});
+  physics.smoothWalls = true;
+  physics.add("RBC", test::redCellShape(), 1);
+  const Wall& wall = *physics.container->wall();
+  const WallGap gap = *wallGapOf(physics, 0);
+  CHECK(physics.smoothReachOf(0) == Approx(0.35 * 0.25));
+  double narrowest = 9.0, widest = 0.0;  // radius at which the gap is 0
+  for (double angle = 0.0; angle < 2.0 * M_PI; angle += 0.01) {
+    const Vec3 out(0.0, std::cos(angle), std::sin(angle));
+    double lo = 1.0, hi = 2.2;
+    while (hi - lo > 1e-6) {
+      const double r = 0.5 * (lo + hi);
+      (gap(Vec3(1.3, 2.25, 2.25) + r * out).distance > 0.0 ? lo : hi) = r;
+    }
+    narrowest = std::min(narrowest, lo);
+    widest = std::max(widest, lo);
+    const Vec3 p = Vec3(4.9, 2.25, 2.25) + lo * out;
+    CHECK(wall.distance(p).distance > 0.0);
+    CHECK(gap(p).distance == Approx(gap(p + 3.0 * physics.container->period()).distance).margin(1e-9));
+  }
+  CHECK(narrowest > 1.7);  // the steps are at 1.85 to 2.13 µm
+  CHECK(widest < 1.95);
+  physics.wallClearance = 0.1;
+  CHECK(physics.smoothReachOf(0) == 0.0);
+  const Vec3 near(1.3, 2.25, 4.0);
+  CHECK((*wallGapOf(physics, 0))(near).distance < wall.distance(near).distance - 0.1);
+}
 
 TEST_CASE("The surface of fluid nodes is closed and contains their volume", "[lattice][vessel]") {
   for (const Axes& periodic : someAxes)

@@ -76,7 +76,16 @@ case $test in
     grep -q 'Deformed cells: [0-9]*; largest force on a vertex' packed.txt
     complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)"
     case_on 1 box 1 1 1 load soft.h5 > loaded.txt
-    complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)" ;;
+    complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)"
+    # In the nodes of a capillary: they keep off the steps of the wall, on any number of ranks.
+    config 60 44 44 "<hematocrit> 0.30 </hematocrit> <soft> true </soft> <species name='RBC'/>"
+    case_on 1 capillary 1 1 1 > one.txt
+    mv particles.txt one.particles
+    case_on 2 capillary 2 1 1 > /dev/null
+    same one.particles particles.txt
+    complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' one.txt)"
+    awk '/largest force on a vertex/ { exit $0 ~ /vertex [0-4]\./ ? 0 : 1 }' one.txt || fail "the force is large"
+    awk '{ y = int($5 + 0.5) - 21.5; z = int($6 + 0.5) - 21.5; if (y * y + z * z > 25) out = 1 } END { exit out }' one.particles || fail "a vertex is on a solid node" ;;
   lumen)  # a lumen that is described in <packing>: its volume, its wall, and HemoCell's nodes
     config 60 44 44 "<hematocrit> 0.25 </hematocrit> <ends> periodic </ends>
       <container> <cylinder axis='x' radius='10' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"

@@ -2,8 +2,8 @@
 // A case of the stand-in: stand_in_case <lumen> <blocks x> <y> <z> <what> [file]
 //   lumen  box: 48 x 40 x 40 nodes without walls, periodic along all axes; planes: the same with walls at
 //   both ends of z;
-//          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
-//          pre-inlet at x >= 20, of the ranks but the last
+//          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; capillary: a narrow one; channel: an oblique
+//          step in it; inlet: a pre-inlet at x >= 20, of the ranks but the last
 //   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE [leave-out], save FILE, short
 //   (an envelope
 //          of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations)
@@ -56,9 +56,10 @@ struct Lumen {
 
 Lumen lumenOf(const std::string& name) {
   const double finer = 5e-7 / hemo::param::dx;  // the pipe has the same size at any spacing
-  const auto inPipe = [finer](double y, double z) {
+  const double radius = name == "capillary" ? 5.0 : 20.0;
+  const auto inPipe = [=](double y, double z) {
     const double dy = y / finer - 21.5, dz = z / finer - 21.5;
-    return dy * dy + dz * dz <= 20.0 * 20.0;
+    return dy * dy + dz * dz <= radius * radius;
   };
   if (name == "box")
     return {{0, 47, 0, 39, 0, 39}, {true, true, true}, [](long, long, long) { return false; }};

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <utility>
 
+#include "packMesh/container/primitives.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
 #include "tests/support/deformed.h"
@@ -31,6 +32,15 @@ PackingProblem someDeformed() {
   red.deformed = {{2, {}}, {2, {}}, {4, poseAt({5.0, 5.0, 5.0})}};
   red.start = {poseAt({15.0, 15.0, 15.0})};
   return problem;
+}
+
+Physics cellsInTube() {
+  Physics physics;
+  physics.container = makeCylinder(Vec3(15, 0, 0), 0, 5.0, 30.0, true);
+  const auto shape = test::redCellShape();
+  physics.add("RBC", shape, 3);
+  physics.add("stiff", shape, 1);
+  return physics;
 }
 
 }  // namespace
@@ -139,4 +149,38 @@ TEST_CASE("Cells of a finished packing get meshes of their own", "[shapes]") {
     CHECK(physics.areOfCell(cells[cell].species, cells[cell].shape));
   }
   for (const std::size_t cell : {0, 1, 3, 4, 5, 6}) CHECK(cells[cell].shape == result.cells[cell].shape);
+}
+
+TEST_CASE("Soft cells keep to the wall and to layers beyond what these demand", "[soft]") {
+  Physics physics = cellsInTube();
+  physics.wallClearance = 0.3;
+  const Vec3 p(3, 0, 4);  // 1 µm from the wall
+  REQUIRE(wallGapOf(physics, 0));
+  CHECK((*wallGapOf(physics, 0))(p).distance == Approx(0.7));
+  CHECK(((*wallGapOf(physics, 0))(p).gradient + Vec3::UnitZ()).norm() < 1e-12);
+  const auto wall = std::shared_ptr<const Wall>(physics.container, physics.container->wall());
+  physics.species[0].freedom.freeLayer = FreeLayer{wall, 0.9};
+  CHECK((*wallGapOf(physics, 0))(p).distance == Approx(0.1));
+  CHECK((*wallGapOf(physics, 1))(p).distance == Approx(0.7));
+  physics.container = makeBox(Box{Vec3::Zero(), Vec3::Constant(9)}, {true, true, true});
+  CHECK_FALSE(wallGapOf(physics, 1));
+  CHECK(wallGapOf(physics, 0));
+}
+
+TEST_CASE("Undeformed cells at a scale are smaller, and those that do not grow stay", "[soft]") {
+  const Physics physics = cellsInTube();
+  const Physics small = scaledPhysics(physics, {true, false}, 0.5, 0.04, 1.0);
+  CHECK(small.clearance == 0.04);
+  CHECK(small.wallClearanceOf(0) == Approx(0.04));  // the distance to a cylinder is exact, and not smoothed
+  CHECK(small.shapes[small.species[0].shape]->volume() == Approx(physics.shapes[0]->volume() / 8));
+  CHECK(small.species[1].shape == physics.species[1].shape);
+  CHECK(small.species[0].count == 3);
+}
+
+TEST_CASE("States of cells that keep to smoothed walls are told from others", "[soft]") {
+  PackingProblem problem;
+  problem.physics = cellsInTube();
+  const std::string digest = digestOf(problem);
+  problem.physics.smoothWalls = true;
+  CHECK(digestOf(problem) != digest);
 }
