@@ -154,10 +154,6 @@ struct Decoder {
 };
 const Decoder decoder;
 
-}  // namespace
-
-namespace {
-
 /// Weights of the three nodes along an axis that quadratic B-splines have at a point, and their derivatives.
 struct SplineWeights {
   int first;

@@ -100,6 +100,7 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
   if (packed.scale == 0.0) return "not even cells much smaller than those requested could be packed";
   if (packed.scale < 1.0)
     return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
+  if (packed.meetsWall) return "edges of a membrane met the steps of the wall" + after;
   if (!(packed.most.force <= limits.force))
     return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
            fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));

@@ -79,10 +79,11 @@ class Wall : public DistanceSource {
   virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
 
   /// Of a wall of cubes: a smooth lower bound of the distance, for membranes, which catch on edges. It grows
-  /// by at most as much as the distance, up to smoothReach(); where it is 0 the distance is less than 2.2
-  /// times that.
+  /// by at most as much as the distance, up to smoothReach(); where it is 0 the distance is less than
+  /// smoothedBelow times that.
   virtual WallDistance smoothed(const Vec3& p) const { return distance(p); }
   virtual double smoothReach() const { return 0.0; }  ///< 0: there is none [µm]
+  static constexpr double smoothedBelow = 2.2;
 
   /// Without a closed form: spacing at which the distance can be sampled and interpolated [µm], on nodes at
   /// integer multiples of it.
@@ -172,7 +173,7 @@ WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, doubl
   for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
     const Vec3 v = cell.vertex(i);
     within += inside(v);
-    if (within > 0 && within <= i) break;
+    if (within > 0 && within <= i) break;  // it meets the wall
     if (gapOfInterest > 0.0) nearest = std::min(nearest, wall.distance(v).distance);
   }
   if (within < cell.vertexCount())

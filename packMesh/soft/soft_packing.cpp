@@ -30,8 +30,8 @@ constexpr double smaller = 0.85, smallestStart = 0.25;
 /// need more, still smaller ones are sooner packed and grown.
 constexpr std::int64_t sweepsForResult = 3000, sweepsForStart = 100;
 /// Gap that they begin with, as a share of the range of the barrier; and distance from walls of cubes, as a
-/// share of the reach of the smoothed wall: usually less suffices than beyond any corner.
-constexpr double startGap = 0.35, usualStart = 1.3, surelyInside = 2.2;
+/// share of the reach of the smoothed wall: it usually suffices, or Wall::smoothedBelow does.
+constexpr double startGap = 0.35, usualStart = 1.3;
 /// Share of the mean gap that is possible at a hematocrit which the range of barriers may have: in the
 /// corners between cells gaps are wider.
 constexpr double shareOfMeanGap = 0.8;
@@ -180,6 +180,7 @@ class SoftPacker {
       return out;
     }
     out.most = largestDeformation();
+    out.meetsWall = meetsWall_;
     if (packed) {
       out.outcome = Outcome::certified;
       out.cells = result();
@@ -188,7 +189,7 @@ class SoftPacker {
     return out;
   }
 
-  /// @return whether all have full size, and are within the limits
+  /// @return whether all have full size, are within the limits, and do not meet the wall
   bool growAndComeToRest(std::int64_t iterations, bool withCheckpoints) {
     while (!rest_.reached && !control_.stopped() && cells_->iterations() < iterations) {
       cells_->step();
@@ -198,7 +199,23 @@ class SoftPacker {
           problem_.execution.communicator.any(problem_.checkpoints->due()))
         problem_.checkpoints->save(state());
     }
-    return cells_->full() && limits_.allow(largestDeformation());
+    const bool grown = cells_->full() && limits_.allow(largestDeformation());
+    meetsWall_ = grown && !control_.interrupted() && anyMeetsWall();
+    return grown && !meetsWall_;
+  }
+
+  /// Whether the edges of any cell meet a wall of cubes: only its vertices are kept off it.
+  bool anyMeetsWall() const {
+    std::atomic<bool> meets = false;
+    const std::vector<int>& mine = cells_->mine();
+    problem_.execution.threads.forEach(std::int64_t(mine.size()), [&](std::int64_t n, int) {
+      const int s = placed_[mine[n]].species;
+      const Wall* const wall = physics_.wallOf(s);
+      if (!grows_[s] || !wall || wall->smoothReach() == 0.0) return;
+      const std::vector<Triangle>& triangles = membranes_[s]->mesh().triangles;
+      if (wall->violation({cells_->vertices(std::size_t(mine[n])), triangles})) meets = true;
+    });
+    return problem_.execution.communicator.any(meets);
   }
 
   /// Whether forces are as small as is aimed at, or more steps will hardly make them smaller.
@@ -351,7 +368,7 @@ class SoftPacker {
   /// Packs undeformed cells at a scale. @return false: they are not packed easily
   bool placeUndeformed(double scale) {
     if (!placeUndeformed(scale, usualStart)) return false;
-    return areWithinWalls() || (placeUndeformed(scale, surelyInside) && areWithinWalls());
+    return areWithinWalls() || (placeUndeformed(scale, Wall::smoothedBelow) && areWithinWalls());
   }
 
   bool placeUndeformed(double scale, double ofSmoothed) {
@@ -502,7 +519,8 @@ class SoftPacker {
   double fraction_ = 0.0, growing_ = 0.0;  ///< of the lumen, that cells fill; that soft ones fill
   double scale_ = 1.0;
   int attempt_ = 0, attemptOfCells_ = 0;
-  bool resumed_ = false;  ///< the attempt begins with cells that are there
+  bool meetsWall_ = false;  ///< at the end of growAndComeToRest()
+  bool resumed_ = false;    ///< the attempt begins with cells that are there
   /// Of attempts within the limits but with unusual forces, the one with the least.
   struct Best {
     int attempt = -1;  ///< -1: none

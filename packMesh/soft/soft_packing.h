@@ -29,6 +29,7 @@ struct SoftPacking {
   double startScale = 1.0;  ///< of the undeformed cells that were packed first
   double scale = 1.0;       ///< smallest of a cell at the end
   Deformation most;         ///< largest force and largest changes of a cell at the end
+  bool meetsWall = false;   ///< at the end: an edge meets a wall of cubes, from which vertices are kept
   std::int64_t iterations = 0;
   /// If all could be packed and the problem has Checkpoints::due: the state before they are certified.
   std::optional<PackingState> end = {};

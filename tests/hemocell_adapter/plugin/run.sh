@@ -84,7 +84,7 @@ case $test in
     case_on 2 capillary 2 1 1 > /dev/null
     same one.particles particles.txt
     complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' one.txt)"
-    awk '/largest force on a vertex/ { exit $0 ~ /vertex [0-4]\./ ? 0 : 1 }' one.txt || fail "the force is large"
+    grep -q 'largest force on a vertex [0-4]\.' one.txt || fail "the force is large"
     awk '{ y = int($5 + 0.5) - 21.5; z = int($6 + 0.5) - 21.5; if (y * y + z * z > 25) out = 1 } END { exit out }' one.particles || fail "a vertex is on a solid node" ;;
   lumen)  # a lumen that is described in <packing>: its volume, its wall, and HemoCell's nodes
     config 60 44 44 "<hematocrit> 0.25 </hematocrit> <ends> periodic </ends>

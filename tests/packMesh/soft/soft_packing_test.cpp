@@ -39,6 +39,28 @@ Certificate certificateOf(Physics physics, const SoftPacking& packed) {
   return certify(certificateInputOf(physics, placed));
 }
 
+/// A tube whose smoothed wall is as wide as itself, while what reaches beyond another radius meets its wall.
+class SteppedTube final : public Container, public Wall {
+ public:
+  SteppedTube(double radius, double free)
+      : tube_(makeCylinder(Vec3(15, 0, 0), 0, radius, 30.0, true)),
+        inner_(makeCylinder(Vec3(15, 0, 0), 0, free, 30.0, true)) {}
+  Box bounds() const override { return tube_->bounds(); }
+  Vec3 period() const override { return tube_->period(); }
+  double volume() const override { return tube_->volume(); }
+  const Wall* wall() const override { return this; }
+  std::string describe() const override { return "tube"; }
+  TriangleMesh surface() const override { return tube_->surface(); }
+  WallDistance distance(const Vec3& p) const override { return tube_->wall()->distance(p); }
+  double smoothReach() const override { return 0.2; }
+  WallVerdict examine(const PlacedHierarchy& cell, double gap) const override {
+    return inner_->wall()->examine(cell, gap);
+  }
+
+ private:
+  std::shared_ptr<const Container> tube_, inner_;
+};
+
 TEST_CASE("a box is filled far beyond what undeformed cells can fill", "[soft]") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = boxAt(0.8, 8, seed);
@@ -66,6 +88,26 @@ TEST_CASE("cells fold in a tube that is too narrow for them", "[soft]") {
   const Certificate certificate = certificateOf(problem.physics, packed);
   CHECK(certificate.clean());
   CHECK(certificate.minimumWallGap > 0.05);
+}
+
+TEST_CASE("cells keep to a smoothed wall, and are not packed where their edges meet the wall itself",
+          "[soft]") {
+  const auto packedIn = [](double free) {
+    PackingProblem problem = problemIn(std::make_shared<const SteppedTube>(2.9, free), 2);
+    problem.physics.smoothWalls = true;
+    SoftLimits limits;
+    limits.iterations = 1500;
+    return packSoft(problem, {{}}, limits);
+  };
+  const SoftPacking packed = packedIn(2.9);
+  CHECK(packed.outcome == Outcome::certified);
+  CHECK(packed.startScale < 1.0);
+  CHECK_FALSE(packed.meetsWall);
+  const SoftPacking outside = packedIn(2.6);  // beyond the range of the barrier
+  CHECK(outside.outcome == Outcome::outOfReach);
+  CHECK(outside.scale == 1.0);
+  CHECK(outside.meetsWall);
+  CHECK(outside.cells.empty());
 }
 
 TEST_CASE("few cells with large forces begin elsewhere, and the best attempt counts", "[soft]") {
