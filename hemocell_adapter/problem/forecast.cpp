@@ -213,8 +213,13 @@ constexpr Measured measured[] = {{0.10, 0.02},  {0.20, 0.025}, {0.30, 0.037}, {0
 /// Per factor of ten in the number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double increasePerDecade = 0.15;
 
-/// Memory [MB]: of the program, and per cell.
-constexpr double ofProgram = 25.0, ofThousandCells = 1.3;
+/// Memory [MB]: of the program, of undeformed cells, and of deformed ones with as many vertices as red cells.
+constexpr double ofProgram = 25.0, ofThousandCells = 1.3, ofThousandDeformed = 140.0;
+
+/// CPU time of a deformed cell [s] (docs/explanation/soft.md): in wide lumens and in capillaries.
+constexpr double leastOfDeformed = 0.01, mostOfDeformed = 0.1;
+
+constexpr double redCellVertices = 642.0;
 
 /// Parallel efficiency of several ranks.
 constexpr double efficiency = 0.85;
@@ -257,6 +262,12 @@ std::string about(double seconds) {
   if (seconds < 1.0) return "less than a second";
   const double unit = std::pow(10.0, std::floor(std::log10(seconds)) - 1.0);
   return "about " + durationText(std::round(seconds / unit) * unit);
+}
+
+/// An estimate between two numbers [s].
+std::string range(double least, double most) {
+  if (most < 1.0) return "less than a second";
+  return (least < 1.0 ? "up to " : durationText(std::round(least)) + " to ") + durationText(std::round(most));
 }
 
 /// Constraints whose effect on packing is unknown.
@@ -329,9 +340,14 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
   return {};
 }
 
+/// @param never why undeformed cells cannot be packed
+bool deforms(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
+  return problem.request.soft && (never || f.effectiveFraction > Forecast::easy);
+}
+
 /// Whether the cells can be packed.
 std::string verdict(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
-  if (problem.request.soft && (never || f.effectiveFraction > Forecast::easy))
+  if (deforms(problem, f, never))
     return fmt::format("Undeformed cells probably cannot be packed ({}): cells will be soft",
                        never ? *never : fmt::format("effective fraction {:.3f}", f.effectiveFraction));
   if (never) return fmt::format("Infeasible: {}{}", *never, softInstead(problem));
@@ -378,10 +394,15 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.effectiveFraction = std::max(forecast.effectiveFraction, problem.layout.profile->askedIn(j));
   forecast.fraction = volume / lumen;
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
+  forecast.softMegabytes = forecast.megabytes;
+  for (const CellSpecies& species : problem.species)
+    if (!species.rigid)
+      forecast.softMegabytes += 1e-3 * ofThousandDeformed * double(species.count) *
+                                double(species.shape->mesh().vertices.size()) / redCellVertices;
   if (forecast.effectiveFraction > Forecast::possible) return forecast;
   double milliseconds = 0.0;
   for (const CellSpecies& species : problem.species) {
-    constexpr double redCellVertices = 642.0, fixedShare = 0.3;
+    constexpr double fixedShare = 0.3;
     const double vertices = double(species.shape->mesh().vertices.size()) / redCellVertices;
     milliseconds += double(species.count) * (fixedShare + (1.0 - fixedShare) * std::min(vertices, 3.0)) *
                     millisecondsAt(forecast.effectiveFraction);
@@ -414,7 +435,12 @@ ForecastText forecastText(const Problem& problem, int ranks) {
         "figures below are for random packings");
   const std::optional<std::string> never = impossible(problem, f, sample);
   lines.push_back(verdict(problem, f, never));
-  if (problem.request.method == Method::cat)
+  const bool soft = deforms(problem, f, never);
+  if (soft)
+    lines.push_back(fmt::format("Time: {} of CPU; soft cells usually take {} to {} s each",
+                                range(leastOfDeformed * double(f.cells), mostOfDeformed * double(f.cells)),
+                                leastOfDeformed, mostOfDeformed));
+  else if (problem.request.method == Method::cat)
     lines.push_back("Time: unknown for " + named("method", "cat") +
                     ", which takes 4 to 50 times as long as the default method");
   else if (never || !f.seconds)
@@ -424,8 +450,9 @@ ForecastText forecastText(const Problem& problem, int ranks) {
         "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",
         about(*f.seconds),
         ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
+  const double megabytes = soft ? f.softMegabytes : f.megabytes;
   lines.push_back(
-      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
+      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (megabytes - ofProgram) / ranks));
   const double tiles = double(problem.request.tiles[0]) * problem.request.tiles[1] * problem.request.tiles[2];
   if (tiles > 1.0)
     lines.push_back(
@@ -440,7 +467,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   if (problem.request.realisations > 1)
     lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
                                 problem.request.realisations));
-  return {std::move(lines), never && !problem.request.soft, f.seconds};
+  return {std::move(lines), never && !problem.request.soft, f.seconds, megabytes};
 }
 
 }  // namespace packmesh::hemocell

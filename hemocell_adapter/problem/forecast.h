@@ -68,7 +68,8 @@ struct Forecast {
   std::vector<double> roomShares;   ///< of the lumen, where bodies of each species may be
   std::vector<double> roomVolumes;  ///< the same [µm³]; includes continuations of the ends of a vessel
   std::optional<double> seconds;    ///< CPU of one core; empty beyond `possible`
-  double megabytes = 0.0;           ///< of all ranks together
+  double megabytes = 0.0;           ///< of all ranks together, of undeformed cells
+  double softMegabytes = 0.0;       ///< the same if cells deform
 
   /// Up to `easy` a packing of red cells takes hundreds of sweeps; above `possible` no packing of a thousand
   /// cells at random has been achieved.
@@ -94,6 +95,7 @@ struct ForecastText {
   std::vector<std::string> lines;
   bool impossible = false;        ///< no method can pack all cells
   std::optional<double> seconds;  ///< Forecast::seconds
+  double megabytes = 0.0;         ///< of all ranks together
 };
 ForecastText forecastText(const Problem& problem, int ranks);
 

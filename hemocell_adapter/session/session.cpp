@@ -39,11 +39,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Measured as the difference in peak memory between 500,000 and 100,000 cells in a periodic box on one rank:
-/// 912 bytes per cell if cells have hardly any neighbours (red cells at 0.02, platelets at 0.002), 1345 for
-/// red cells at 0.2. The smallest value of any packing is used, so that nothing feasible is refused.
-constexpr double bytesPerCell = 900.0;
-
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// The first number in a file; infinite if there is none.
@@ -88,22 +83,19 @@ int ranksHere(const Communicator& ranks) {
 
 }  // namespace
 
-double leastMemory(double cells) {
-  return bytesPerCell * cells;
-}
-
 double availableMemory(const Communicator& ranks) {
   return std::min(std::min(leftOnMachine(), leftInGroup()) / ranksHere(ranks), leftOfAddressSpace());
 }
 
-void requireMemory(std::int64_t cells, const Communicator& ranks) {
-  const double needed = leastMemory(static_cast<double>(cells) / ranks.size()), left = availableMemory(ranks);
+void requireMemory(std::int64_t cells, const Communicator& ranks, double ofEach) {
+  const double needed = ofEach * static_cast<double>(cells) / ranks.size(), left = availableMemory(ranks);
   if (needed <= left) return;
   constexpr double gigabyte = 1e9;
   throw InputError(
-      fmt::format("not enough memory: {} cells take at least {:.3g} GB on each of {} rank{}, and {:.3g} GB "
+      fmt::format("not enough memory: {} {}cells take at least {:.3g} GB on each of {} rank{}, and {:.3g} GB "
                   "are left for each. Request fewer cells or use more machines",
-                  cells, needed / gigabyte, ranks.size(), ranks.size() == 1 ? "" : "s", left / gigabyte));
+                  cells, ofEach == leastOfDeformedCell ? "deformed " : "", needed / gigabyte, ranks.size(),
+                  ranks.size() == 1 ? "" : "s", left / gigabyte));
 }
 
 void requireTileable(const Problem& problem) {
@@ -290,6 +282,7 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 
 Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
                                       const OutputRequest& output, bool deform) {
+  requireMemoryOfSoftCells(problem);
   ProgressLog progressLog(*problem, sampleOf(problem));
   std::optional<StateFiles> states;
   const std::optional<std::filesystem::path> restart = deform ? std::nullopt : problem->request.restart;
@@ -323,6 +316,18 @@ Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& prob
   return {std::make_shared<const Problem>(std::move(*soft.problem)),
           soft.fewer ? soft.failure + "; without those that found no room" : "", std::move(soft.packing),
           std::move(soft.end)};
+}
+
+/// Where undeformed cells cannot be packed.
+void Session::requireMemoryOfSoftCells(const std::shared_ptr<const Problem>& problem) {
+  std::int64_t cells = 0;
+  for (const CellSpecies& species : problem->species)
+    if (species.redCell && !species.rigid) cells += species.count;
+  together(ranks_, [&] {
+    if (double(cells) * leastOfDeformedCell / ranks_.size() > availableMemory(ranks_) &&
+        forecastOf(*problem, sampleOf(problem)).effectiveFraction > Forecast::possible)
+      requireMemory(cells, ranks_, leastOfDeformedCell);
+  });
 }
 
 void Session::saveEndOfSoftCells(const Ready& ready, const OutputRequest& output) {

@@ -18,17 +18,19 @@
 
 namespace packmesh::hemocell {
 
-/// Lower bound of the memory of a process with this share of the cells [bytes], for cells without neighbours;
-/// at a hematocrit of 0.2 it is 1.5 times as much.
-double leastMemory(double cells);
+/// Least memory of a cell [bytes]: undeformed, with hardly any neighbours (912 were measured as the
+/// difference of 500,000 and 100,000 cells, at a hematocrit of 0.2 1345); and of a deformed red cell (120,000
+/// with the contacts of a hematocrit of 0.60). Nothing feasible is to be refused.
+constexpr double leastOfCell = 900.0, leastOfDeformedCell = 60e3;
 
 /// Memory available to this process [bytes]: within the limits of the machine, its control group and its
 /// address space, the first two shared among the ranks of the machine.
 double availableMemory(const Communicator& ranks);
 
 /// All ranks call, alone.
+/// @param ofEach least memory of a cell [bytes]
 /// @throws InputError with figures when this rank's share of so many cells does not fit
-void requireMemory(std::int64_t cells, const Communicator& ranks);
+void requireMemory(std::int64_t cells, const Communicator& ranks, double ofEach = leastOfCell);
 
 /// @throws InputError if the box is not periodic along an axis along which it is repeated, or if there are
 ///   too many cells
@@ -118,6 +120,7 @@ class Session {
   /// Undeformed cells as requested, or else as many as possible; nothing if they cannot be packed.
   std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested,
                                     const OutputRequest& output, bool fewerCells);
+  void requireMemoryOfSoftCells(const std::shared_ptr<const Problem>& problem);
   void saveEndOfSoftCells(const Ready& ready, const OutputRequest& output);
   /// Whether the state of the request is one of soft cells. @throws AgreedFailure if it is their result
   bool continuesSoftCells(const Problem& problem) const;

@@ -67,12 +67,21 @@ class Communicator {
   /// Sends to[r] to rank r, for every r. @return what each rank sent to this one, by rank
   template <class T>
   std::vector<std::vector<T>> exchange(std::vector<std::vector<T>> to) const {
-    static_assert(isSelfContained<T>);
     if (alone()) return to;
+    std::vector<std::vector<T>> received;
+    exchange(to, received);
+    received[rank()] = std::move(to[rank()]);
+    return received;
+  }
+  /// The same into `received`, whose memory is used again; nothing is sent to this rank itself.
+  template <class T>
+  void exchange(const std::vector<std::vector<T>>& to, std::vector<std::vector<T>>& received) const {
+    static_assert(isSelfContained<T>);
+    received.resize(to.size());
+    if (alone()) return;
     std::vector<std::int64_t> lengths;
     for (const std::vector<T>& items : to) lengths.push_back(static_cast<std::int64_t>(items.size()));
     lengths = exchangedLengths(lengths);
-    std::vector<std::vector<T>> received(to.size());
     std::vector<Outgoing> out;
     std::vector<Incoming> in;
     for (std::size_t r = 0; r < to.size(); ++r) {
@@ -81,8 +90,6 @@ class Communicator {
       out.push_back({to[r].data(), to[r].size() * sizeof(T)});
     }
     exchangeParts(out, in);
-    received[rank()] = std::move(to[rank()]);
-    return received;
   }
 
   /// The items of all ranks, in rank order.

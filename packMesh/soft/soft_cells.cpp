@@ -371,7 +371,7 @@ void SoftCells::listContacts() {
   if (!ranks.alone())
     for (const int i : mine()) boxes.push_back({i, cells_[i].box});
   for (const Boxed& one : ranks.gatherAll(boxes)) cells_[one.cell].box = one.box;
-  const auto near = neighbors();
+  SoftNeighbors near = neighbors();
   shares_.find(near);
   forgetOthers();
   exchange();
@@ -390,9 +390,15 @@ void SoftCells::listContacts() {
     listFor(listing_[n], near[listing_[n]], ofThread_[thread]);
   });
   for (Cell& cell : cells_) cell.outline = {};
-  for (const int i : listing_)
-    for (std::size_t g = 0; g < cells_[i].groups.size(); ++g)
-      cells_[cells_[i].groups[g].other].sources.push_back({i, int(g)});
+  for (const int i : listing_) {
+    near[i].clear();
+    for (std::size_t g = 0; g < cells_[i].groups.size(); ++g) {
+      const int other = cells_[i].groups[g].other;
+      cells_[other].sources.push_back({i, int(g)});
+      near[i].emplace_back(other, Vec3::Zero());
+    }
+  }
+  shares_.find(near);  // until the next lists, only cells with contacts
 }
 
 /// Of cells that are not near those of this rank.

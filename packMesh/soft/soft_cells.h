@@ -46,7 +46,7 @@ struct SoftCell {
 
 class SoftCells {
  public:
-  /// Each rank computes the cells of some blocks of the lumen. All ranks call everything together, but for
+  /// Each rank computes the cells of a part of the lumen. All ranks call everything together, but for
   /// functions of single cells.
   /// @param cells of all ranks
   /// @param period of the lumen along each axis, 0 where it is not periodic [µm]

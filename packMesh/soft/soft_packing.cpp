@@ -43,8 +43,10 @@ constexpr double leastRange = 0.2;
 /// forces are not as small as aimed at, down to the least.
 constexpr double atRest = 1.0, leastAtRest = 0.02;
 /// With half the tolerance HemoCell's largest force is to be at most this part of what it was; otherwise it
-/// will not decrease much any more, and suffices if it is within the limit.
+/// will not decrease much any more, and suffices if it is within the limit. So often [iterations] this is
+/// asked even if cells do not come to rest: single vertices may flicker for thousands of iterations.
 constexpr double worthResting = 0.9;
+constexpr std::int64_t restlessFor = 500;
 /// Before that, where forces are larger than aimed at, sharp folds are opened so often, each time with less
 /// of the range of the wall's barrier.
 constexpr int mostUnfolded = 3;
@@ -223,19 +225,23 @@ class SoftPacker {
     const SoftCells& cells = *cells_;
     if (!cells.full() || cells.iterations() % lookEvery != 0) return false;
     rest_.force = cells.usualForce();
-    if (rest_.force > rest_.tolerance) return false;
+    const bool small = rest_.force <= rest_.tolerance, late = cells.iterations() % restlessFor == 0;
+    if (!small && !late) return false;
     const Deformation most = largestDeformation();
-    if ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest) return true;
-    if (rest_.unfolded < mostUnfolded) {
+    if (small && ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest))
+      return true;
+    const bool stuck = rest_.forceBefore > 0.0 && most.force > worthResting * rest_.forceBefore;
+    if ((small || stuck) && rest_.unfolded < mostUnfolded) {
       cells_->unfold(wallFactor);
       ++rest_.unfolded;
+      rest_.forceBefore = 0.0;
       return false;
     }
     const bool another = attempt_ + 1 < mostAttempts || best_.attempt >= 0;
     const bool suffices = limits_.allow(most) && (another || !isUnusual(most));
-    if (suffices && rest_.forceBefore > 0.0 && most.force > worthResting * rest_.forceBefore) return true;
+    if (stuck && (suffices || (late && another))) return true;
     rest_.forceBefore = most.force;
-    rest_.tolerance *= 0.5;
+    if (small) rest_.tolerance *= 0.5;
     return false;
   }
 
@@ -533,7 +539,7 @@ class SoftPacker {
   struct Rest {
     bool reached = false;
     double tolerance = atRest;  ///< usual force of the method with which they are at rest [pN]
-    double forceBefore = 0.0;   ///< HemoCell's the last time that it was so small; 0: not yet [pN]
+    double forceBefore = 0.0;   ///< HemoCell's at the last decision; 0: none since folds were opened [pN]
     int unfolded = 0;           ///< how often sharp folds were opened
     double force = 0.0;         ///< SoftCells::usualForce() at the last look [pN]
   } rest_;

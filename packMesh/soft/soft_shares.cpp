@@ -3,15 +3,57 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
-
-#include "packMesh/parallel/blocks.h"
 
 namespace packmesh {
 namespace {
 
-/// Edge of the blocks [µm]: smaller than a red cell, so that shares are equal.
-constexpr double blockEdge = 4.0;
+/// Divides cells among ranks by planes across the longest axis of the box around their centres, again and
+/// again: few cells are near those of other ranks (recursive coordinate bisection: Berger and Bokhari, IEEE
+/// Trans. Comput. 36, 570, 1987).
+class Bisection {
+ public:
+  Bisection(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work, int ranks)
+      : centers_(centers), work_(work), owner_(centers.size(), 0) {
+    std::vector<int> all(centers.size());
+    std::iota(all.begin(), all.end(), 0);
+    divide(all.begin(), all.end(), 0, ranks);
+  }
+  std::vector<int> owners() && { return std::move(owner_); }
+
+ private:
+  using At = std::vector<int>::iterator;
+
+  void divide(At begin, At end, int firstRank, int ranks) {
+    if (ranks == 1 || begin == end) {
+      for (At at = begin; at != end; ++at) owner_[*at] = firstRank;
+      return;
+    }
+    Box box;
+    std::int64_t work = 0;
+    for (At at = begin; at != end; ++at) {
+      box.add(centers_[*at]);
+      work += work_[*at];
+    }
+    Eigen::Index axis = 0;
+    box.size().maxCoeff(&axis);
+    std::sort(begin, end, [&](int a, int b) {
+      return std::pair(centers_[a][axis], a) < std::pair(centers_[b][axis], b);
+    });
+    const int before = ranks / 2;
+    const double share = double(work) * before / ranks;
+    At cut = begin;
+    for (double sum = 0.0; cut != end && sum + 0.5 * double(work_[*cut]) <= share; ++cut)
+      sum += double(work_[*cut]);
+    divide(begin, cut, firstRank, before);
+    divide(cut, end, firstRank + before, ranks - before);
+  }
+
+  const std::vector<Vec3>& centers_;
+  const std::vector<std::int64_t>& work_;
+  std::vector<int> owner_;
+};
 
 void sortOnce(std::vector<int>& numbers) {
   std::sort(numbers.begin(), numbers.end());
@@ -66,16 +108,11 @@ SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, doubl
 
 SoftShares::SoftShares(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work,
                        const Communicator& ranks)
-    : ranks_(ranks), owner_(centers.size(), 0), sends_(ranks.size()), receives_(ranks.size()) {
-  if (!ranks.alone() && !centers.empty()) {
-    Box bounds;
-    for (const Vec3& p : centers) bounds.add(p);
-    const BlockGrid blocks(bounds.grownBy(blockEdge), Vec3::Zero(), 0.5 * blockEdge, blockEdge);
-    std::vector<std::int64_t> ofBlock(std::size_t(blocks.count()), 0);
-    for (std::size_t i = 0; i < centers.size(); ++i) ofBlock[blocks.blockOf(centers[i])] += work[i];
-    const BlockOwners owners(blocks, ofBlock, ranks.size());
-    for (std::size_t i = 0; i < centers.size(); ++i) owner_[i] = owners.of(blocks.blockOf(centers[i]));
-  }
+    : ranks_(ranks),
+      owner_(Bisection(centers, work, ranks.size()).owners()),
+      sends_(ranks.size()),
+      receives_(ranks.size()),
+      sent_(ranks.size()) {
   for (std::size_t i = 0; i < owner_.size(); ++i)
     if (isMine(i)) mine_.push_back(int(i));
 }
@@ -103,14 +140,15 @@ void SoftShares::find(const SoftNeighbors& near) {
   std::sort(others_.begin(), others_.end());
 }
 
-void SoftShares::exchange(const Pack& pack, const Unpack& unpack) const {
+void SoftShares::exchange(const Pack& pack, const Unpack& unpack) {
   if (ranks_.alone()) return;
-  std::vector<std::vector<float>> numbers(ranks_.size());
-  for (std::size_t rank = 0; rank < numbers.size(); ++rank)
-    for (const int i : sends_[rank]) pack(i, numbers[rank]);
-  numbers = ranks_.exchange(std::move(numbers));
-  for (std::size_t rank = 0; rank < numbers.size(); ++rank) {
-    const float* from = numbers[rank].data();
+  for (std::size_t rank = 0; rank < sends_.size(); ++rank) {
+    sent_[rank].clear();
+    for (const int i : sends_[rank]) pack(i, sent_[rank]);
+  }
+  ranks_.exchange(sent_, received_);
+  for (std::size_t rank = 0; rank < receives_.size(); ++rank) {
+    const float* from = received_[rank].data();
     for (const int i : receives_[rank]) from = unpack(i, from);
   }
 }

@@ -23,7 +23,7 @@ using SoftNeighbors = std::vector<std::vector<std::pair<int, Vec3>>>;
 SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, double reach,
                         const Threads& threads);
 
-/// Cells are given to ranks block by block, where they begin.
+/// Cells are divided among ranks by where they begin.
 class SoftShares {
  public:
   SoftShares() = default;  ///< none
@@ -37,7 +37,8 @@ class SoftShares {
   const std::vector<int>& mine() const { return mine_; }      ///< ascending
   const std::vector<int>& others() const { return others_; }  ///< of other ranks near them, ascending
 
-  /// Finds the cells that ranks need of each other. The same `near` on all ranks.
+  /// Finds the cells that ranks need of each other. `near` is the same on all ranks where one of two cells is
+  /// theirs.
   void find(const SoftNeighbors& near);
 
   /// Appends the numbers of a cell; takes them over, and returns what follows them.
@@ -45,7 +46,7 @@ class SoftShares {
   using Unpack = std::function<const float*(int cell, const float* from)>;
   // All ranks call.
   /// Sends the numbers of cells to the ranks that need them.
-  void exchange(const Pack& pack, const Unpack& unpack) const;
+  void exchange(const Pack& pack, const Unpack& unpack);
   /// Sends those of all cells to all ranks.
   void gather(const Pack& pack, const Unpack& unpack) const;
 
@@ -82,7 +83,8 @@ class SoftShares {
  private:
   Communicator ranks_;
   std::vector<int> owner_, mine_, others_;
-  std::vector<std::vector<int>> sends_, receives_;  ///< to and from each rank
+  std::vector<std::vector<int>> sends_, receives_;   ///< to and from each rank
+  std::vector<std::vector<float>> sent_, received_;  ///< of them
 };
 
 }  // namespace packmesh

@@ -239,10 +239,11 @@ py::dict forecast(const py::dict& stated) {
   all["volume_fraction"] = found.fraction;
   all["effective_fraction"] = found.effectiveFraction;
   all["seconds"] = found.seconds;
-  all["megabytes"] = found.megabytes;
+  const ForecastText text = forecastText(*problem, 1);
+  all["megabytes"] = text.megabytes;
   all["lumen_volume"] = problem->lumen.container->volume();
   std::vector<std::string> lines;
-  for (const std::string& line : forecastText(*problem, 1).lines) lines.push_back(inTermsOfUser(line));
+  for (const std::string& line : text.lines) lines.push_back(inTermsOfUser(line));
   all["text"] = lines;
   return all;
 }

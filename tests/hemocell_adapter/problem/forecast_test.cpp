@@ -219,6 +219,21 @@ TEST_CASE("A dry run of what no method can pack has the exit code of what cannot
         0);
 }
 
+TEST_CASE("Soft cells are forecast where undeformed ones cannot be packed", "[executable]") {
+  const TemporaryFolder folder;
+  const std::string dense = "30 30 30 --ends periodic --hematocrit 0.8 --soft --dry-run";
+  Ran ran = run(folder.path(), dense);
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("cells will be soft") &&
+                          Contains("Time: 3 s to 29 s of CPU; soft cells usually take 0.01 to 0.1 s each") &&
+                          Contains("Memory: about 63 MB for each rank"));
+  ran = run(folder.path(), dense + " --rigid RBC");  // platelets alone deform
+  CHECK_THAT(ran.out, !Contains("Memory: about 63 MB"));
+  ran = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.3 --soft --dry-run");
+  CHECK_THAT(ran.out, Contains("Feasible") && Contains("Memory: about 25 MB for each rank"));
+}
+
 TEST_CASE("A dry run and a validation write no files", "[executable]") {
   const SampleCase folder;
   Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");

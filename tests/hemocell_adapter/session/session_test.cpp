@@ -20,13 +20,16 @@ using Catch::Matchers::Contains;
 
 TEST_CASE("A problem that does not fit into memory is rejected with figures") {
   const Communicator alone;
-  REQUIRE(availableMemory(alone) > leastMemory(1000.0));
+  REQUIRE(availableMemory(alone) > 1000.0 * leastOfDeformedCell);
   REQUIRE_NOTHROW(requireMemory(1000, alone));
   REQUIRE_THROWS_AS(requireMemory(std::int64_t(1) << 60, alone), InputError);
   REQUIRE_THROWS_WITH(
       requireMemory(1'000'000'000'000'000, alone),
       Contains("not enough memory: 1000000000000000 cells take at least 9e+08 GB on each of 1 rank") &&
           Contains(" GB are left for each"));
+  REQUIRE_NOTHROW(requireMemory(1000, alone, leastOfDeformedCell));
+  REQUIRE_THROWS_WITH(requireMemory(1'000'000'000'000, alone, leastOfDeformedCell),
+                      Contains("1000000000000 deformed cells take at least 6e+07 GB"));
 }
 
 // A box repeated, with the real executable.
