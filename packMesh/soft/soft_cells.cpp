@@ -393,9 +393,8 @@ void SoftCells::listContacts() {
   for (const int i : listing_) {
     near[i].clear();
     for (std::size_t g = 0; g < cells_[i].groups.size(); ++g) {
-      const int other = cells_[i].groups[g].other;
-      cells_[other].sources.push_back({i, int(g)});
-      near[i].emplace_back(other, Vec3::Zero());
+      near[i].emplace_back(cells_[i].groups[g].other, Vec3::Zero());
+      cells_[near[i].back().first].sources.push_back({i, int(g)});
     }
   }
   shares_.find(near);  // until the next lists, only cells with contacts
@@ -403,13 +402,10 @@ void SoftCells::listContacts() {
 
 /// Of cells that are not near those of this rank.
 void SoftCells::forgetOthers() {
-  if (shares_.ranks().alone()) return;
-  std::vector<char> known(cells_.size(), false);
-  for (const int i : shares_.others()) known[i] = true;
-  for (Cell& cell : cells_) {
-    if (shares_.isMine(cell.number) || known[cell.number]) continue;
-    std::vector<float>().swap(cell.position);
-  }
+  const std::vector<int>& others = shares_.others();
+  for (Cell& cell : cells_)
+    if (!shares_.isMine(cell.number) && !std::binary_search(others.begin(), others.end(), cell.number))
+      std::vector<float>().swap(cell.position);
 }
 
 SoftNeighbors SoftCells::neighbors() const {

@@ -2,8 +2,10 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/container/primitives.h"
+#include "packMesh/core/random.h"
 #include "packMesh/packing/state_file.h"
 #include "packMesh/soft/soft_packing.h"
+#include "packMesh/soft/soft_shares.h"
 #include "tests/packMesh/soft/soft_meshes.h"
 
 namespace packmesh {
@@ -19,6 +21,24 @@ void requireSame(const SoftPacking& a, const SoftPacking& b) {
     REQUIRE(a.cells[i].pose.position == b.cells[i].pose.position);
     REQUIRE(a.cells[i].vertices == b.cells[i].vertices);
   }
+}
+
+TEST_CASE("ranks have equal shares of soft cells, between planes", "[mpi]") {
+  const Communicator world = Communicator::world();
+  const int ranks = world.size();
+  std::vector<Vec3> centers;
+  for (std::uint64_t i = 0; i < 600; ++i) {
+    const auto u = uniform4(1, RandomStream::orientation, i, 0);
+    centers.emplace_back(120.0 * u[0], 20.0 * u[1], 10.0 * u[2]);
+  }
+  const SoftShares shares(centers, std::vector<std::int64_t>(centers.size(), 642), world);
+  std::vector<std::int64_t> of(std::size_t(ranks), 0);
+  for (std::size_t i = 0; i < centers.size(); ++i) ++of[shares.ownerOf(i)];
+  for (const std::int64_t count : of) CHECK(std::abs(double(count) - 600.0 / ranks) <= 1.0);
+  // Planes cross the long axis, so that only the cells at its ends and at a plane are near others.
+  for (std::size_t i = 0; i < centers.size(); ++i)
+    for (std::size_t j = 0; j < centers.size(); ++j)
+      if (shares.ownerOf(i) < shares.ownerOf(j)) CHECK_FALSE(centers[i].x() > centers[j].x());
 }
 
 TEST_CASE("soft cells are the same on any number of ranks, those that are left, too", "[mpi]") {
