@@ -460,7 +460,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
                     "of the larger "
                     "box takes additional time",
                     problem.request.tiles[0], problem.request.tiles[1], problem.request.tiles[2],
-                    tiles * double(f.cells), ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
+                    tiles * double(f.cells), ofProgram + tiles * (megabytes - ofProgram)));
   if (const std::string left = leftOut(problem); !left.empty())
     lines.push_back(
         fmt::format("Not included in these figures: {}; packing then is harder and takes longer", left));

@@ -36,7 +36,7 @@ class Forecast(ByValue):
     volume_fraction: volume of all meshes over that of the lumen
     effective_fraction: that of an equally difficult periodic box; random packings reach 0.62
     seconds: CPU time of one core; None if it is not feasible
-    megabytes: memory
+    megabytes: memory, of deformed cells where undeformed ones cannot be packed
     lumen_volume: [µm³]
     text: the lines that the program prints (``--dry-run``)
     """

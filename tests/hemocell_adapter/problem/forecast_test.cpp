@@ -230,6 +230,8 @@ TEST_CASE("Soft cells are forecast where undeformed ones cannot be packed", "[ex
                           Contains("Memory: about 63 MB for each rank"));
   ran = run(folder.path(), dense + " --rigid RBC");  // platelets alone deform
   CHECK_THAT(ran.out, !Contains("Memory: about 63 MB"));
+  ran = run(folder.path(), dense + " --tile 2 1 1");
+  CHECK_THAT(ran.out, Contains("Then repeated 2 x 1 x 1 times: 570 cells, about 101 MB in all"));
   ran = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.3 --soft --dry-run");
   CHECK_THAT(ran.out, Contains("Feasible") && Contains("Memory: about 25 MB for each rank"));
 }
