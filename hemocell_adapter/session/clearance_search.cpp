@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
@@ -241,6 +242,10 @@ Packing ClearanceSearch::withClearances(const Timer& timer) {
   packing.problem = shared_;
   packing.output = output_;
   packing.state = std::move(end_);
+  const bool promised = output_.stateFile && packing.cellCount > 0 &&
+                        (packing.outcome == Outcome::certified || problem_.request.bestEffort);
+  if (!ended && promised && !packing.state)
+    throw std::logic_error("the packing has ended without the state that is to be written");
   return packing;
 }
 

@@ -248,12 +248,11 @@ PackingResult pack(const PackingProblem& problem) {
   Densest fewer;
   if (!packed && !control.interrupted() && problem.execution.limits.fewerCells) {
     fewer = packFewer(problem, control, all);
-    packed = fewer.whole;
+    packed = all.hasAllCertified();
   }
-  const bool keepsFewer = problem.execution.limits.fewerCells && problem.checkpoints &&
-                          problem.checkpoints->endsWithFewer && all.certifiedCells();
   if (problem.checkpoints) {
-    if (!control.interrupted() && (packed || keepsFewer)) all.keepEnd();
+    const bool ends = packed || (problem.checkpoints->endsWithFewer && all.certifiedCells());
+    if (!control.interrupted() && ends) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.checkpointState());
   }
   PackingResult result = all.takeResult();
