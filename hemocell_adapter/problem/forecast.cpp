@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/box.h"
 #include "packMesh/core/random.h"
@@ -329,10 +330,11 @@ std::vector<std::string> roomLines(const Problem& problem, const Forecast& forec
 std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
-    if (species.count <= std::int64_t(species.fixed.size())) continue;
-    const double volume = double(species.count) * species.meanVolume;
+    const std::int64_t count = cellsToPack(species);
+    if (count == 0 || species.count <= std::int64_t(species.fixed.size())) continue;
+    const double volume = double(count) * species.shape->volume();
     if (volume > forecast.roomVolumes[s])
-      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
+      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", count, species.name,
                          volume);
     if (!findsPlace(problem, int(s), sample.room(int(s))))
       return fmt::format("not even one {} fits into the lumen", species.name);
@@ -373,21 +375,25 @@ std::string verdict(const Problem& problem, const Forecast& f, const std::option
 Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   Forecast forecast;
   const double lumen = problem.lumen.container->volume();
-  double volume = 0.0;
+  double volume = 0.0, toPack = 0.0;
+  for (const CellSpecies& species : problem.species) {
+    volume += double(species.count) * species.meanVolume;
+    toPack += double(cellsToPack(species)) * species.shape->volume();
+  }
+  const double left = 1.0 - std::max(0.0, volume - toPack) / lumen;  // by cells that have shapes of their own
   for (std::size_t i = 0; i < problem.species.size(); ++i) {
     const CellSpecies& species = problem.species[i];
-    const double n = double(species.count), own = species.meanVolume;
     forecast.cells += species.count;
-    volume += n * own;
     forecast.roomShares.push_back(1.0);
     forecast.roomVolumes.push_back(lumen);
-    if (species.count == 0) continue;
+    const double n = double(cellsToPack(species)), own = species.shape->volume();
+    if (n == 0.0) continue;
     const Room& room = sample.room(static_cast<int>(i));
     forecast.roomShares.back() = room.share;
     forecast.roomVolumes.back() = room.volume;
     const double grown = n * (own + 0.5 * problem.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
-        room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
+        room.effective > 0.0 ? grown / (left * room.effective) : std::numeric_limits<double>::infinity();
   }
   for (int j = 0; problem.layout.profile && j < problem.layout.profile->shells();
        ++j)  // the densest part decides

@@ -61,9 +61,9 @@ struct Forecast {
   std::int64_t cells = 0;
   double fraction = 0.0;  ///< volume of all meshes over that of the lumen
   /// The volume fraction at which packing a periodic box is equally hard: clearances are added to the cells,
-  /// and each species has the part of the lumen in which its bodies can be, minus a layer at its wall. With a
-  /// profile at least that of its densest shell.
-  /// Infinite if nothing remains.
+  /// and each species has the part of the lumen in which its bodies can be, minus a layer at its wall. Cells
+  /// that exist with shapes of their own are room that others lack. With a profile at least that of its
+  /// densest shell. Infinite if nothing remains.
   double effectiveFraction = 0.0;
   std::vector<double> roomShares;   ///< of the lumen, where bodies of each species may be
   std::vector<double> roomVolumes;  ///< the same [µm³]; includes continuations of the ends of a vessel

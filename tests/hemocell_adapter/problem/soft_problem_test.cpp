@@ -43,6 +43,16 @@ TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved 
   CHECK(report["species"][0]["request"] == "by hematocrit");
 }
 
+TEST_CASE("Deformed cells that exist are in no need of the room of undeformed ones", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "10 10 10 --ends periodic --rbc 10 --soft --state s.h5");  // 0.81 of the box
+  for (const std::string way : {"--start s.h5", "--fixed s.h5 --plt 1"}) {
+    CHECK_THAT(ok(folder, "10 10 10 --ends periodic --dry-run " + way).out, Contains("Feasible"));
+    const Ran ran = ok(folder, "10 10 10 --ends periodic --output-dir o " + way);
+    CHECK_THAT(ran.out, Contains("RBC: 10 of 10 placed") && !Contains("no random packing"));
+  }
+}
+
 TEST_CASE("Soft cells fold in a capillary", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft --state s.h5");
