@@ -126,9 +126,9 @@ void refuseWithoutNode(const CellSpecies& species) {
 }
 
 /// Refuses more cells of a kind to be packed than any known packing has, ordered ones included. Ellipsoids
-/// fill at most this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004), red cells
-/// less (docs/explanation/speed.md, crystals); meshes of other shapes may fill more. A few cells may fit a
-/// lumen with walls exactly.
+/// fill at most this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004),
+/// red cells less (docs/explanation/speed.md, crystals); meshes of other shapes may fill more. A few cells
+/// may fit a lumen with walls exactly.
 void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
   const Container& lumen = *scene.lumen.container;
   constexpr double densestKnown = 0.7707, rounding = 1e-9;

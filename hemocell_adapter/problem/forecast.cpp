@@ -151,6 +151,16 @@ const std::vector<double>& LumenSample::apart(int species) {
   return found->second;
 }
 
+double LumenSample::width() {
+  if (volume_ == 0.0) draw();
+  double width = std::numeric_limits<double>::infinity();
+  if (wall_) width = distances_.empty() ? 0.0 : 2.0 * *std::max_element(distances_.begin(), distances_.end());
+  for (int k = 0; k < 3; ++k)
+    if (const double period = problem_.lumen.container->period()[k]; period > 0.0)
+      width = std::min(width, period);
+  return width;
+}
+
 Room LumenSample::measured(int s) {
   Room room;
   room.volume = room.effective = volume_;
@@ -222,6 +232,10 @@ constexpr double leastOfDeformed = 0.01, mostOfDeformed = 0.1;
 
 constexpr double redCellVertices = 642.0;
 
+/// Lumens less wide than this many lengths of a cell are narrow: tubes of red cells up to 10 µm, where
+/// densest packings have effective fractions from 0.53 to 0.90; in wider ones 0.60 to 0.67.
+constexpr double narrowly = 1.3;
+
 /// Parallel efficiency of several ranks.
 constexpr double efficiency = 0.85;
 
@@ -234,10 +248,15 @@ double millisecondsAt(double fraction) {
   return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
 }
 
-/// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall.
+/// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall,
+/// and between its own images in a periodic box that is thinner than the cell.
 bool findsPlace(const Problem& problem, int s, const Room& room) {
   constexpr std::int64_t sweeps = 300;
   const CellSpecies& species = problem.species[s];
+  const Container& lumen = *problem.lumen.container;
+  std::vector<Vec3> starts = room.deepest;
+  if (!lumen.wall() && lumen.period().minCoeff() < 2.0 * species.shape->radius())
+    starts.assign(trials, lumen.bounds().center());
   PackingProblem packing;
   packing.physics.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
   packing.physics.species.front().start = {Pose()};
@@ -247,15 +266,15 @@ bool findsPlace(const Problem& problem, int s, const Room& room) {
   packing.physics.rotate = problem.request.rotate;
   packing.execution.limits.maxSweeps = sweeps;
   packing.execution.limits.fewerCells = false;
-  for (std::size_t i = 0; i < room.deepest.size(); ++i) {
+  for (std::size_t i = 0; i < starts.size(); ++i) {
     Pose& start = packing.physics.species.front().start.front();
-    start.position = room.deepest[i];
+    start.position = starts[i];
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
     if (problem.request.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
     if (species.cone) start.orientation = species.cone->nearest(start.orientation);
     if (pack(packing).outcome == Outcome::certified) return true;
   }
-  return room.deepest.empty();
+  return starts.empty();
 }
 
 /// An estimate, with a suitable number of digits.
@@ -347,27 +366,40 @@ bool deforms(const Problem& problem, const Forecast& f, const std::optional<std:
   return problem.request.soft && (never || f.effectiveFraction > Forecast::easy);
 }
 
+/// Of lumens in which the calibration of effective fractions does not hold.
+std::string uncertain(const Forecast& f) {
+  return fmt::format(
+      "Uncertain: effective fraction {:.3f}, in a lumen hardly wider than a cell. Such packings have failed "
+      "from {:.2f} on, and have been found up to {:.2f}; " +
+          named("max-time") + " and " + named("best-effort") + " limit the effort",
+      f.effectiveFraction, Forecast::doubtful, Forecast::ordered);
+}
+
 /// Whether the cells can be packed.
 std::string verdict(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
   if (deforms(problem, f, never))
     return fmt::format("Undeformed cells probably cannot be packed ({}): cells will be soft",
                        never ? *never : fmt::format("effective fraction {:.3f}", f.effectiveFraction));
   if (never) return fmt::format("Infeasible: {}{}", *never, softInstead(problem));
+  if (f.narrow && f.effectiveFraction > Forecast::doubtful && f.effectiveFraction <= Forecast::ordered)
+    return uncertain(f);
   if (f.effectiveFraction <= Forecast::easy)
     return fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
                        Forecast::easy);
-  if (f.effectiveFraction <= Forecast::possible)
+  const double possible = f.narrow                   ? Forecast::ordered
+                          : f.cells <= Forecast::few ? Forecast::possibleForFew
+                                                     : Forecast::possible;
+  if (f.effectiveFraction <= possible)
     return fmt::format(
         "At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
             named("max-time") + " and " + named("best-effort") + " limit the effort{}",
-        Forecast::easy, Forecast::possible, denserInstead(problem));
-  return fmt::format(
-      "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
-          named("best-effort") + " give the densest packing found{}",
-      f.effectiveFraction < 1.0
-          ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
-          : fmt::format("far above {:.2f}", Forecast::possible),
-      denserInstead(problem));
+        Forecast::easy, possible, denserInstead(problem));
+  return fmt::format("Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
+                         named("best-effort") + " give the densest packing found{}",
+                     f.effectiveFraction < 1.0
+                         ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - possible, possible)
+                         : fmt::format("far above {:.2f}", possible),
+                     denserInstead(problem));
 }
 
 }  // namespace
@@ -391,6 +423,8 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     const Room& room = sample.room(static_cast<int>(i));
     forecast.roomShares.back() = room.share;
     forecast.roomVolumes.back() = room.volume;
+    if (n * own >= 0.5 * toPack)
+      forecast.narrow = sample.width() < narrowly * boundingBox(species.shape->mesh()).size().maxCoeff();
     const double grown = n * (own + 0.5 * problem.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
         room.effective > 0.0 ? grown / (left * room.effective) : std::numeric_limits<double>::infinity();

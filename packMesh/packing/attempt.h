@@ -45,9 +45,7 @@ class Attempt {
   /// The certified cells, of which the statistics are still open: all, or fewer; nullptr: none so far.
   const PackingResult* certifiedCells() const { return std::get_if<PackingResult>(&end_); }
   /// Whether they are all that were requested, however they were found.
-  bool hasAllCertified() const {
-    return certifiedCells() && certifiedCells()->outcome == Outcome::certified;
-  }
+  bool hasAllCertified() const { return certifiedCells() && certifiedCells()->outcome == Outcome::certified; }
 
   /// Whether cells have been placed, so that there is a state to save. Pre: states are saved
   bool hasBegun() const { return kept_.has_value(); }

@@ -132,6 +132,24 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
   CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably infeasible: "));
 }
 
+TEST_CASE("What walls or images order is uncertain, and few cells may be denser", "[forecast]") {
+  const auto said = [](std::vector<std::string> words) {
+    if (words.front() != "--sphere") words.insert(words.end(), {"--ends", "periodic"});
+    std::string all;
+    for (const std::string& line : forecastText(planned(words), 1).lines) all += line + "\n";
+    return all;
+  };
+  // Tubes of this width were packed to 0.49 with one seed, to 0.55 with another.
+  CHECK_THAT(said({"--cylinder", "x", "4.3", "60", "--hematocrit", "0.55"}),
+             Contains("Uncertain: effective fraction 0.73") && !Contains("nfeasible"));
+  CHECK_THAT(said({"--cylinder", "x", "4.3", "60", "--hematocrit", "0.3"}), Contains("Feasible"));
+  CHECK_THAT(said({"--sphere", "8", "--hematocrit", "0.5"}), Contains("At the limit: between 0.60 and 0.70"));
+  CHECK_THAT(said({"--cylinder", "x", "25", "40", "--hematocrit", "0.62"}), Contains("Probably infeasible"));
+  // Wider than the box, along two axes.
+  CHECK_THAT(said({"30", "4", "4", "--rbc", "1"}), Contains("Infeasible: not even one RBC fits"));
+  CHECK_THAT(said({"30", "30", "4", "--rbc", "10"}), Contains("Feasible"));
+}
+
 TEST_CASE("A forecast accounts for places that no cell can enter", "[forecast]") {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "chambers.stl").string();
