@@ -258,6 +258,7 @@ std::shared_ptr<const Problem> Session::prepare(const CompletedRequest& complete
   tell(problem->notices);
   if (problem->layout.profile && !completed.request.dryRun && !completed.request.validate)
     problem = correctByPilots(std::move(problem));
+  if (const auto warning = missedHematocritWarning(*problem)) log::warning(*warning);
   if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
   return problem;
 }
