@@ -154,8 +154,8 @@ def new_case(
         raise OutputError(f"{folder}: exists; expected the name of a folder to be made")
     if soft and pos:
         raise InputError("--soft: .pos files cannot have deformed cells; expected it without --pos")
-    for name in ("cells", "soft", "profile", "pos"):
-        if hematocrit == 0 and given[name]:
+    for name, one in (("cells", cells), ("soft", soft), ("profile", profile), ("pos", pos), ("realisations", realisations > 1)):
+        if hematocrit == 0 and one:
             raise InputError(f"{name}: a hematocrit of 0 makes a case of plasma alone; expected no {name}")
     vessel = vessel_of(given["surface"], given["cut"])
     factor, unit, unit_text = microns(vessel, unit, diameter)
