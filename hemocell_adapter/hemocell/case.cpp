@@ -285,6 +285,12 @@ std::optional<std::array<int, 3>> boxNodes(const XMLElement& domain, const fs::p
   return {};
 }
 
+/// `<wallShearStress>`, a tag of packMesh beside HemoCell's: the largest stress that the case expects [Pa].
+std::optional<double> wallShearStress(const XMLElement& domain, const fs::path& file) {
+  if (!onlyChild(domain, "wallShearStress", file)) return {};
+  return std::get<double>(required(domain, "wallShearStress", specs::number("", "Pa", 0, true, 1e6), file));
+}
+
 Domain readDomain(const XMLElement& domain, const fs::path& file) {
   Domain result;
   constexpr double micrometresPerMetre = 1e6;
@@ -303,6 +309,7 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
     result.particleEnvelope = nodesIn(domain, "particleEnvelope", 0, file);
     result.particleEnvelopeWhere = placeOf(*envelope, file);
   }
+  result.wallShearStress = wallShearStress(domain, file);
   result.boxNodes = boxNodes(domain, file);
   if (!result.geometry && !result.boxNodes) {
     if (!domain.FirstChildElement("refDirN")) {
@@ -392,6 +399,8 @@ Case packingSectionOf(const std::string& text) {
   if (!root || std::string(root->Name()) == "Checkpoint") return result;
   if (!file) result.file = "the XML that HemoCell has read";
   takePacking(*root, result);
+  if (const XMLElement* domain = root->FirstChildElement("domain"))
+    result.domain.wallShearStress = wallShearStress(*domain, result.file);
   result.file = file.value_or("config.xml");
   return result;
 }

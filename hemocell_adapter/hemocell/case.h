@@ -80,6 +80,7 @@ struct Domain {
   std::optional<std::array<int, 3>> boxNodes;     ///< only without a geometry
   std::optional<int> particleEnvelope;            ///< [nodes]
   std::string particleEnvelopeWhere;              ///< "config.xml:33: <particleEnvelope>"
+  std::optional<double> wallShearStress;          ///< the largest that the case expects [Pa]
   std::optional<std::array<int, 3>> smallestBlock;  ///< of a running HemoCell: least nodes along each axis
 };
 

@@ -281,6 +281,11 @@ class PosReader {
     share.all = announced_;
     together(ranks_, [&] { readPieces(share); });
     together(ranks_, [&] {
+      if (found_ == 0 && announced_ > 0)
+        fail(
+            fmt::format("has the number of cells, {}, but no cells. packMesh's plug-in writes such files for "
+                        "HemoCell's restarts; the cells of its run are in the output folder (packmesh run)",
+                        announced_));
       if (found_ < announced_)
         fail(fmt::format("announces {} cells, but {} follow: HemoCell would invent the other {}", announced_,
                          found_, announced_ - found_));

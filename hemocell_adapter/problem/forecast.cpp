@@ -305,24 +305,26 @@ std::string leftOut(const Problem& problem) {
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-/// How much of the lumen these species can reach, where that is less than all of it.
+/// How much of the lumen these species can reach, where that is much less than all of it. The volumes and the
+/// hematocrit are those of the lumen without the continuation of its ends.
 std::vector<std::string> speciesLines(const Problem& problem, LumenSample& sample, bool redCellsAlone) {
-  constexpr double worthTelling = 0.995;
+  constexpr double worthTelling = 0.95;
+  const double lumen = problem.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     if (species.count == 0 || (redCellsAlone && !species.redCell)) continue;
     const Room& room = sample.room(int(s));
     if (room.share < worthTelling) {
-      std::string line =
-          fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³", species.name, room.share, room.volume);
-      if (species.redCell && room.volume > 0.0)
+      std::string line = fmt::format("{} can reach {:.1f} % of the lumen ({:.0f} of {:.0f} µm³)",
+                                     species.name, 100.0 * room.share, room.share * lumen, lumen);
+      if (species.redCell && room.share > 0.0)
         line += fmt::format(", where their hematocrit is {:.3f}",
-                            double(species.count) * species.meanVolume / room.volume);
-      line += ": clearances, layers at the wall, HemoCell's rules and narrow places exclude the rest";
+                            double(species.count) * species.meanVolume / (room.share * lumen));
+      line += "; gaps to the wall, HemoCell's rules and narrow places exclude the rest";
       if (room.narrow)
         line += fmt::format(
-            "; the widest place that they cannot enter is {:.1f} µm wide, near ({:.1f}, {:.1f}, {:.1f}) µm",
+            ". The widest place that they cannot enter is {:.1f} µm wide, near ({:.1f}, {:.1f}, {:.1f}) µm",
             room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
       lines.push_back(line);
     }

@@ -75,6 +75,8 @@ def whole(least: int, most: int, what: str) -> Callable[[str], int]:
 def run(work: Callable[[], Any]) -> int:
     """Calls work(), prints its warnings and its error. Returns the exit code"""
     signal.signal(signal.SIGTERM, _interrupted)
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # which nohup sets
+        signal.signal(signal.SIGHUP, _interrupted)
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="packmesh")

@@ -308,3 +308,18 @@ TEST_CASE("Every error in config.xml is reported with its position", "[case]") {
   CHECK_THROWS_WITH(readCase("no/such/config.xml"), Contains("no such file"));
   CHECK_THROWS_WITH(readCase("/tmp"), Contains("is a folder"));
 }
+
+TEST_CASE("The stress that a case expects is read in its file and in a running case", "[case]") {
+  const SampleCase folder;
+  const auto text = [](const std::string& stress) {
+    return configXml(sampleDomain + "<wallShearStress> " + stress + " </wallShearStress>");
+  };
+  writeText(folder.path() / "config.xml", text("1.5"));
+  CHECK(readCase(folder.path() / "config.xml").domain.wallShearStress == 1.5);
+  CHECK(packingSectionOf(text("1.5")).domain.wallShearStress == 1.5);
+  CHECK_FALSE(packingSectionOf(configXml(sampleDomain)).domain.wallShearStress);
+  for (const char* wrong : {"much", "-1"}) {
+    writeText(folder.path() / "config.xml", text(wrong));
+    CHECK_THROWS_WITH(readCase(folder.path() / "config.xml"), Contains("<wallShearStress>"));
+  }
+}

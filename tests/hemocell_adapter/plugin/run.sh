@@ -60,7 +60,7 @@ case $test in
   bytes)  # the .pos files of the program for the same problems
     config 48 40 40 "<hematocrit> 0.30 </hematocrit> <walls> z </walls> <ends> periodic </ends>"
     "$program" config.xml > program.txt
-    config 48 40 40 "<hematocrit> 0.30 </hematocrit>"
+    config 48 40 40 "<hematocrit> 0.30 </hematocrit> <hematocritVolume> fluid </hematocritVolume> <ends> periodic </ends>"  # as new-case writes
     case_on 2 planes 2 1 1 --output-dir plugin > plugin.txt
     same RBC.pos plugin/RBC.pos
     same PLT.pos plugin/PLT.pos

@@ -4,6 +4,7 @@
 #include "hemocell_adapter/base/messages.h"
 
 #include <catch2/catch.hpp>
+#include <regex>
 
 #include "hemocell_adapter/session/clearance_search.h"
 #include "tests/hemocell_adapter/planned_problem.h"
@@ -123,7 +124,7 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
   // Red cells in their core less 0.55 µm, platelets in all of the pipe less that.
   CHECK(f.effectiveFraction == Approx(0.3 * 12.5 * 12.5 / (9.95 * 9.95) + 0.001).margin(0.01));
   CHECK_THAT(said(layered),
-             Contains("RBC can be in 0.7") && !Contains("PLT can be in") && Contains("Feasible"));
+             Contains("RBC can reach 7") && !Contains("PLT can reach") && Contains("Feasible"));
   CHECK_THAT(said(inPipe("0.05", {"--cell-free-layer", "12"})),
              Contains("Infeasible: 15 RBC have 1217 µm³, more than the available volume"));
   CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "10"})),
@@ -172,7 +173,7 @@ TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid 
   const Ran far =
       run(folder.path(), "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
   INFO(far.all());
-  CHECK_THAT(far.out, Contains("RBC can be in 0.") && Contains("Probably infeasible"));
+  CHECK_THAT(far.out, Contains("RBC can reach ") && Contains("Probably infeasible"));
 }
 
 TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[executable]") {
@@ -187,6 +188,23 @@ TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[
   const double share = f.roomShares.at(0);
   CHECK(f.roomVolumes.at(0) == Approx(share * stl * (length + continuation) / length).epsilon(0.01));
   CHECK(f.fraction * stl < f.effectiveFraction * f.roomVolumes[0]);
+  // What is printed is of the lumen without them: share, volumes and hematocrit belong together.
+  const Problem layered = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.1",
+                                   "--plt_ratio", "0", "--cell-free-layer", "2"});
+  LumenSample sample(layered);
+  const std::string said = reachLines(layered, sample).front();
+  INFO(said);
+  std::smatch found;
+  REQUIRE(std::regex_search(
+      said, found,
+      std::regex(
+          "RBC can reach (.*) % of the lumen \\((.*) of (.*) µm³\\), where their hematocrit is (0.*);")));
+  const double percent = std::stod(found[1]), reached = std::stod(found[2]), red = layered.species[0].count;
+  CHECK(std::stod(found[3]) == Approx(stl).margin(0.5));
+  CHECK(reached == Approx(0.01 * percent * stl).epsilon(0.001));
+  CHECK(std::stod(found[4]) == Approx(red * layered.species[0].meanVolume / reached).epsilon(0.005));
+  LumenSample all(problem);
+  CHECK_THAT(reachLines(problem, all).front(), !Contains("can reach"));  // nearly all of it
 }
 
 TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
