@@ -107,11 +107,11 @@ MembraneModel modelOf(const std::string& name) {
 
 /// A number that HemoCell's model of white cells reads; those of a file without it are computed by another
 /// one.
-/// @param unit in that of the file
+/// @param unit by which it is multiplied
 double ofWhiteCell(const MaterialModel& material, const char* tag, const char* expected, double unit) {
   const std::optional<double> value = material.number(tag, expected);
   if (value && *value < 0.0) material.failValue(tag, expected);
-  return value.value_or(0.0) / unit;
+  return value.value_or(0.0) * unit;
 }
 
 void readInnerLinks(const MaterialModel& material, MembraneConstants& constants) {
@@ -119,11 +119,11 @@ void readInnerLinks(const MaterialModel& material, MembraneConstants& constants)
   if (constants.model != MembraneModel::whiteCell) return;
   constexpr const char *newtons = "a force in N that is not negative",
                        *metres = "a length in m that is not negative";
-  constexpr double piconewton = 1e-12, micrometre = 1e-6;
-  constants.cytoskeleton = {ofWhiteCell(material, "kCytoskeleton", newtons, piconewton),
-                            ofWhiteCell(material, "radius", metres, micrometre)};
-  constants.core = {ofWhiteCell(material, "kInnerRigid", newtons, piconewton),
-                    ofWhiteCell(material, "coreRadius", metres, micrometre)};
+  constexpr double piconewtons = 1e12, micrometres = 1e6;  // in one of the unit of the file
+  constants.cytoskeleton = {ofWhiteCell(material, "kCytoskeleton", newtons, piconewtons),
+                            ofWhiteCell(material, "radius", metres, micrometres)};
+  constants.core = {ofWhiteCell(material, "kInnerRigid", newtons, piconewtons),
+                    ofWhiteCell(material, "coreRadius", metres, micrometres)};
 }
 
 /// Vertices at the same distance from the middle at opposite sides of it.

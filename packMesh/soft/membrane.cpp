@@ -156,21 +156,22 @@ void Membrane::findHinges() {
   for (const auto& [a, b] : edges_) {
     const auto [leftTriangle, left] = leftOf.at({a, b});
     const auto [rightTriangle, right] = leftOf.at({b, a});
-    hinges_.push_back({right, left, rightTriangle, leftTriangle, 0.0, beginsAt[a] == b ? -1.0 : 1.0});
-    Hinge& hinge = hinges_.back();
-    hinge.angle = angleAt(mesh_.vertices, hinges_.size() - 1);
+    hinges_.all.push_back({right, left, rightTriangle, leftTriangle, 0.0, beginsAt[a] == b ? -1.0 : 1.0});
+    Hinge& hinge = hinges_.all.back();
+    hinge.angle = angleAt(mesh_.vertices, hinges_.all.size() - 1);
     for (const int number : {right, left, rightTriangle, leftTriangle})
-      hingeView_.push_back(std::int16_t(number));
-    hingeRest_.insert(hingeRest_.end(), {float(std::cos(hinge.angle)), float(std::sin(hinge.angle))});
+      hinges_.corner.push_back(std::int16_t(number));
+    hinges_.rest.insert(hinges_.rest.end(), {float(std::cos(hinge.angle)), float(std::sin(hinge.angle))});
   }
 }
 
 void Membrane::findSprings() {
   const auto add = [&](const std::array<int, 2>& end, double length, double force, bool pulls) {
     if (force == 0.0 || length == 0.0) return;
-    springs_.push_back({end, length, force, pulls});
-    for (const int v : end) springEnd_.push_back(std::int16_t(v));
-    springView_.insert(springView_.end(), {float(1.0 / length), float(force), pulls ? anyStrain : 0.0f});
+    springs_.all.push_back({end, length, force, pulls});
+    for (const int v : end) springs_.end.push_back(std::int16_t(v));
+    springs_.number.insert(springs_.number.end(),
+                           {float(1.0 / length), float(force), pulls ? anyStrain : 0.0f});
   };
   for (const auto& end : constants_.innerLinks) {
     for (const int v : end)
@@ -188,8 +189,8 @@ void Membrane::findSprings() {
 /// Between the triangles at an edge, negative where it is convex [rad].
 double Membrane::angleAt(const std::vector<Vec3>& x, std::size_t edge) const {
   const auto& [a, b] = edges_[edge];
-  const Vec3 right = crossOfEdges(x, mesh_.triangles[hinges_[edge].rightTriangle]).normalized();
-  const Vec3 left = crossOfEdges(x, mesh_.triangles[hinges_[edge].leftTriangle]).normalized();
+  const Vec3 right = crossOfEdges(x, mesh_.triangles[hinges_.all[edge].rightTriangle]).normalized();
+  const Vec3 left = crossOfEdges(x, mesh_.triangles[hinges_.all[edge].leftTriangle]).normalized();
   return std::atan2(right.cross(left).dot((x[b] - x[a]).normalized()), right.dot(left));
 }
 
@@ -218,13 +219,10 @@ MembraneView Membrane::view() const {
   m.inverseLength = inverseLength_.data();
   m.inverseArea = inverseArea_.data();
   m.deviation = deviationView_.data();
-  m.hinge = hinges_.empty() ? nullptr : hingeView_.data();
-  m.hingeRest = hingeRest_.data();
-  m.springs = int(springs_.size());
-  m.springEnd = springEnd_.data();
-  m.spring = springView_.data();
   // HemoCell's force does not depend on the height of the triangles; that of an energy does.
-  m.hingeHeight = float(0.5 * std::sqrt(3.0) * meanEdge_);
+  const auto height = float(0.5 * std::sqrt(3.0) * meanEdge_);
+  m.model.hinges = {hinges_.all.empty() ? nullptr : hinges_.corner.data(), hinges_.rest.data(), height};
+  m.model.springs = {int(springs_.all.size()), springs_.end.data(), springs_.number.data()};
   m.inverseMeanEdge = float(1.0 / meanEdge_);
   m.inverseMeanArea = float(double(m.triangles) / area_);
   m.inverseVolume = float(1.0 / volume_);
@@ -235,7 +233,7 @@ MembraneView Membrane::view() const {
   m.areaForce = float(areaForce_ / constants_.spacing * 2.0 / std::sqrt(3.0));
   m.volumeForce = float(volumeForce_);
   m.link = law(MembraneLimits::link, linkTurn);
-  m.bend = law(hinges_.empty() ? MembraneLimits::bend : MembraneLimits::angle, bendTurn);
+  m.bend = law(hinges_.all.empty() ? MembraneLimits::bend : MembraneLimits::angle, bendTurn);
   m.area = law(areaPole, areaTurn);
   m.volume = law(MembraneLimits::volume, volumeTurn);
   m.volumeStiffness = float(3.0 * volumeForce_ * double(m.triangles) / area_ / volume_ * volumeGradient_ *
@@ -261,16 +259,16 @@ double membraneEnergy(const Membrane& membrane, const std::vector<Vec3>& vertice
     const double rest = scale * membrane.length_[e];
     energy += m.linkForce * rest * integral(m.link, (vertices[b] - vertices[a]).norm() / rest - 1.0);
   }
-  for (const Membrane::Spring& spring : membrane.springs_) {
+  for (const Membrane::Spring& spring : membrane.springs_.all) {
     const double rest = scale * spring.length;
     const double x = spring.strain((vertices[spring.end[1]] - vertices[spring.end[0]]).norm() / scale);
     energy += 0.5 * spring.force * rest * x * x;
   }
-  for (std::size_t e = 0; e < membrane.hinges_.size(); ++e) {
-    const double off = membrane.angleAt(vertices, e) - membrane.hinges_[e].angle;
-    energy += m.bendForce * scale * m.hingeHeight * integral(m.bend, std::remainder(off, 2.0 * M_PI));
+  for (std::size_t e = 0; e < membrane.hinges_.all.size(); ++e) {
+    const double off = membrane.angleAt(vertices, e) - membrane.hinges_.all[e].angle;
+    energy += m.bendForce * scale * m.model.hinges.height * integral(m.bend, std::remainder(off, 2.0 * M_PI));
   }
-  for (int v = 0; v < (m.hinge ? 0 : m.vertices); ++v) {
+  for (int v = 0; v < (m.model.hinges.corner ? 0 : m.vertices); ++v) {
     const double off = membrane.patchAt(vertices, v).second - scale * membrane.deviation_[v];
     const double unit = scale * membrane.meanEdge_;
     energy += m.bendForce * unit * integral(m.bend, off / unit);
@@ -287,16 +285,16 @@ double membraneEnergy(const Membrane& membrane, const std::vector<Vec3>& vertice
 }
 
 void Membrane::addHemocellBending(const std::vector<Vec3>& x, std::vector<Vec3>& force) const {
-  for (std::size_t e = 0; e < hinges_.size(); ++e) {
-    const Hinge& hinge = hinges_[e];
+  for (std::size_t e = 0; e < hinges_.all.size(); ++e) {
+    const Hinge& hinge = hinges_.all[e];
     const Vec3 normals = crossOfEdges(x, mesh_.triangles[hinge.rightTriangle]).normalized() +
                          crossOfEdges(x, mesh_.triangles[hinge.leftTriangle]).normalized();
-    const double angle = hinge.sense * angleAt(x, e) - hinge.sense * hinge.angle;
+    const double angle = hinge.sense * (angleAt(x, e) - hinge.angle);
     const Vec3 bending = 0.5 * bendForce_ * hemocellLaw(MembraneLimits::angle, angle) * normals;
     for (const int v : edges_[e]) force[v] += bending;
     for (const int v : {hinge.right, hinge.left}) force[v] -= bending;
   }
-  for (int v = 0; v < (hinges_.empty() ? int(x.size()) : 0); ++v) {
+  for (int v = 0; v < (hinges_.all.empty() ? int(x.size()) : 0); ++v) {
     const auto [normal, deviation] = patchAt(x, v);
     const Vec3 bending =
         bendForce_ * hemocellLaw(MembraneLimits::bend, (deviation - deviation_[v]) / meanEdge_) * normal;
@@ -321,7 +319,7 @@ std::vector<Vec3> hemocellForces(const Membrane& m, const std::vector<Vec3>& x) 
     for (const int v : corner) force[v] += pull * (centroid - x[v]) + 0.5 * outward * across;
   }
   m.addHemocellBending(x, force);
-  for (const Membrane::Spring& spring : m.springs_) {
+  for (const Membrane::Spring& spring : m.springs_.all) {
     const auto& [a, b] = spring.end;
     const double length = (x[b] - x[a]).norm();
     const Vec3 pull = spring.force * spring.strain(length) / length * (x[b] - x[a]);

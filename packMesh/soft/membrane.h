@@ -92,12 +92,19 @@ class Membrane {
   std::vector<int> ringBegin_;
   std::vector<std::int16_t> corner_, end_, ring_, ringTriangle_;
   std::vector<float> ringShare_;
-  std::vector<Hinge> hinges_;  ///< of each edge; none if bending is that of patches
-  std::vector<Spring> springs_;
+  /// Those of each edge, none if bending is that of patches; and their views.
+  struct {
+    std::vector<Hinge> all;
+    std::vector<std::int16_t> corner;
+    std::vector<float> rest;
+  } hinges_;
+  struct {
+    std::vector<Spring> all;
+    std::vector<std::int16_t> end;
+    std::vector<float> number;
+  } springs_;
   std::vector<double> length_, triangleArea_, deviation_;  ///< at rest
   std::vector<float> inverseLength_, inverseArea_, deviationView_;
-  std::vector<std::int16_t> hingeView_, springEnd_;
-  std::vector<float> hingeRest_, springView_;
   double volume_ = 0.0, area_ = 0.0, meanEdge_ = 0.0;
   double volumeGradient_ = 0.0;                             ///< squared, of all vertices [µm⁴]
   double linkForce_, bendForce_, areaForce_, volumeForce_;  ///< at unit strain, without poles [pN]

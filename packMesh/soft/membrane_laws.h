@@ -77,7 +77,7 @@ class MembraneLaws {
   void addTo(const Real& volume, Stored* force) {
     edges(force);
     springs(force);
-    if (m_.hinge)
+    if (m_.model.hinges.corner)
       hinges(force);
     else
       vertices(force);
@@ -130,9 +130,9 @@ class MembraneLaws {
   }
 
   void springs(Stored* force) {
-    for (int s = 0; s < m_.springs; ++s) {
-      const int a = m_.springEnd[2 * s], b = m_.springEnd[2 * s + 1];
-      const float* const spring = m_.spring + 3 * s;
+    for (int s = 0; s < m_.model.springs.count; ++s) {
+      const int a = m_.model.springs.end[2 * s], b = m_.model.springs.end[2 * s + 1];
+      const float* const spring = m_.model.springs.number + 3 * s;
       const V along = at(b) - at(a);
       const Real length = Access::root(dot(along, along) + Access::real(tinySquare));
       const Real perLength = inverse_ * Access::real(spring[0]);
@@ -160,15 +160,15 @@ class MembraneLaws {
   void hinges(Stored* force) {
     const V zero{Access::real(0.0f), Access::real(0.0f), Access::real(0.0f)};
     for (int v = 0; v < m_.vertices; ++v) put(twist_, 3 * v, zero);
-    const Real unit = scale_ * Access::real(m_.bendForce * m_.hingeHeight);
+    const Real unit = scale_ * Access::real(m_.bendForce * m_.model.hinges.height);
     for (int e = 0; e < m_.edges; ++e) {
-      const std::int16_t* const hinge = m_.hinge + 4 * e;
+      const std::int16_t* const hinge = m_.model.hinges.corner + 4 * e;
       const int a = m_.end[2 * e], b = m_.end[2 * e + 1];
       const V along = at(b) - at(a), right = get(normal_, 5 * hinge[2]), left = get(normal_, 5 * hinge[3]);
       const Real squared = dot(along, along) + Access::real(tinySquare), length = Access::root(squared);
       const Real sine = dot(cross(right, left), along) / length, cosine = dot(right, left);
-      const Real cosineRest = Access::real(m_.hingeRest[2 * e]),
-                 sineRest = Access::real(m_.hingeRest[2 * e + 1]);
+      const Real cosineRest = Access::real(m_.model.hinges.rest[2 * e]),
+                 sineRest = Access::real(m_.model.hinges.rest[2 * e + 1]);
       const Law bending =
           law(m_.bend, angle(sine * cosineRest - cosine * sineRest, cosine * cosineRest + sine * sineRest));
       const Real perRight = length * Access::load(normal_, 5 * hinge[2] + 3);
