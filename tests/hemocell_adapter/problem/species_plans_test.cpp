@@ -57,7 +57,7 @@ TEST_CASE("A red species of <packing> stays one of them when an option says more
       "<packing><hematocrit>0.3</hematocrit><species name='RBC'/><species name='RBC_b' "
       "count='3'/></packing>");
   const Request listed = readPackingSection(*section.RootElement(), "config.xml");
-  for (const std::string& option : {"", "RBC", "RBC_b"}) {
+  for (const std::string option : {"", "RBC", "RBC_b"}) {
     CAPTURE(option);
     std::vector<std::string> words = {"30", "30", "30"}, told;
     if (!option.empty()) words.insert(words.end(), {"--rigid", option});
