@@ -51,11 +51,15 @@ struct Kept {
   }
 };
 
-/// How much the cells of a packing are deformed that have meshes of their own.
-struct Deformations {
+/// How much cells are deformed that have meshes of their own.
+struct DeformedCells {
   std::int64_t cells = 0;
   Deformation most;    ///< the largest of each
   Deformation median;  ///< of each over these cells
+};
+/// Those of a packing: all, and of each species that has some.
+struct Deformations : DeformedCells {
+  std::vector<std::pair<std::string, DeformedCells>> species;
 };
 
 /// Cells that were packed, continued, loaded or read to be checked, certified and counted, of which each rank

@@ -152,8 +152,17 @@ std::string reachedText(const Packing& packing) {
 
 std::vector<std::string> deformationLines(const Deformations& all) {
   const Deformation& most = all.most;
-  return {fmt::format("Deformed cells: {}; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
-                      all.cells, most.force, all.median.force),
+  std::string of, others;  // species
+  for (const auto& [name, cells] : all.species) {
+    const bool first = of.empty() && cells.most.force == most.force;
+    if (first)
+      of = name;
+    else
+      others += fmt::format("{}{} {:.2f}", others.empty() ? "" : ", ", name, cells.most.force);
+  }
+  const std::string species = others.empty() ? "" : fmt::format("{}; {}; ", of, others);
+  return {fmt::format("Deformed cells: {}; largest force on a vertex {:.2f} pN ({}median of cells {:.2f} pN)",
+                      all.cells, most.force, species, all.median.force),
           fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
                       100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
 }

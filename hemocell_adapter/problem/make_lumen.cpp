@@ -209,6 +209,11 @@ std::shared_ptr<const Lattice> latticeOf(const Request& request, const Case& sim
   Vec3 nodes;
   if (request.container->nodes) {
     nodes = request.container->nodes->array().round();
+    const auto& others = simulation.domain.boxNodes;
+    if (others && Vec3((*others)[0], (*others)[1], (*others)[2]) != nodes)
+      notices.push_back(
+          fmt::format("<container><nodes> gives the lattice {} x {} x {} nodes; <domain> has {} x {} x {}",
+                      nodes[0], nodes[1], nodes[2], (*others)[0], (*others)[1], (*others)[2]));
   } else if (simulation.domain.boxNodes) {
     for (int k = 0; k < 3; ++k) nodes[k] = (*simulation.domain.boxNodes)[k];
   } else {

@@ -310,7 +310,7 @@ std::vector<PresentCell> cellsOfState(const Source& file, const std::string& nam
 
 /// The cells of a kind whose lines of a .pos file are given as numbers.
 std::vector<PresentCell> cellsOfRows(const MemoryInput& given, const std::string& name) {
-  const StateTable& rows = *given.find(name);
+  const StateTable& rows = given.table(name, 6);
   std::vector<PresentCell> cells;
   for (std::size_t i = 0; i < rows.values.size(); i += 6) {
     const double* const v = &rows.values[i];
@@ -435,7 +435,7 @@ void useRunning(const RunningSystem& running, const SpeciesRequest& request, Spe
   species.model.hemocellVolume = built->hemocellVolume;
   species.origin = "built by HemoCell";
   const fs::path xml = request.name + ".xml";  // as HemoCell has read it
-  if (isThere(xml)) species.model.membrane = readMembrane(xml);
+  if (isThere(xml)) species.model.membrane = readMembrane(xml, request.name);
 }
 
 /// The shape of cells of this name in HemoCell and packCells.

@@ -77,16 +77,9 @@ std::size_t rowsOf(const StateTable& table) {
   return table.values.size() / table.columns;
 }
 
-const StateTable& tableOf(const MemoryInput& given, const std::string& name, int columns) {
-  const StateTable* const table = given.find(name);
-  if (!table || table->columns != columns)
-    throw InputError(fmt::format("{}: expected a table {} with {} columns", given.what, name, columns));
-  return *table;
-}
-
 TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const std::string& triangles) {
   TriangleMesh mesh;
-  const StateTable& points = tableOf(given, vertices, 3);
+  const StateTable& points = given.table(vertices, 3);
   for (std::size_t i = 0; i < rowsOf(points); ++i) {
     mesh.vertices.push_back(rowOf(points, i));
     const Vec3& v = mesh.vertices.back();
@@ -96,7 +89,7 @@ TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const
     if (const std::string fault = coordinateFault(v); !fault.empty())
       throw InputError(fmt::format("{}: vertices[{}]{}", given.what, i, fault));
   }
-  const StateTable& corners = tableOf(given, triangles, 3);
+  const StateTable& corners = given.table(triangles, 3);
   for (std::size_t i = 0; i < rowsOf(corners); ++i) {
     Triangle triangle;
     for (int k = 0; k < 3; ++k) {
@@ -114,12 +107,17 @@ TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const
 
 StateCells cellsOf(const MemoryInput& given) {
   StateCells state;
-  const StateTable& box = tableOf(given, boxTable, 3);
+  const StateTable& box = given.table(boxTable, 3);
+  const auto require = [&](bool good, const std::string& table) {
+    if (!good) throw InputError(fmt::format("{}: the table {} is not one of the cells", given.what, table));
+  };
+  require(rowsOf(box) == 3, box.name);
   state.box = {rowOf(box, 0), rowOf(box, 1)};
   state.period = rowOf(box, 2);
   for (const StateTable& table : given.tables) {
     const std::size_t end = table.name.rfind(posesTable);
     if (end == std::string::npos || end + std::string(posesTable).size() != table.name.size()) continue;
+    given.table(table.name, 7);
     StateCells::Kind kind;
     kind.name = table.name.substr(0, end);
     kind.mesh = meshOf(given, kind.name + verticesTable, kind.name + trianglesTable);
@@ -127,7 +125,10 @@ StateCells cellsOf(const MemoryInput& given) {
     const StateTable* const membranes = given.find(kind.name + membranesTable);
     const StateTable* const rows = given.find(kind.name + rowsTable);
     const std::size_t size = kind.mesh.vertices.size();
+    require(!rows || (rows->columns == 1 && rows->values.size() == rowsOf(table)), kind.name + rowsTable);
+    const double mostRows = membranes && membranes->columns == 3 ? double(rowsOf(*membranes) / size) : 0.0;
     for (std::size_t i = 0; i < rowsOf(table); ++i) {
+      require(!rows || rows->values[i] <= mostRows - 1.0, kind.name + membranesTable);
       Cell cell;
       cell.id = std::int64_t(state.cells.size());
       cell.species = std::int32_t(state.species.size());
@@ -177,6 +178,13 @@ const StateTable* MemoryInput::find(const std::string& name) const {
   for (const StateTable& table : tables)
     if (table.name == name) return &table;
   return nullptr;
+}
+
+const StateTable& MemoryInput::table(const std::string& name, int columns) const {
+  const StateTable* const found = find(name);
+  if (!found || found->columns != columns || found->values.size() % std::size_t(columns) != 0)
+    throw InputError(fmt::format("{}: expected a table {} with {} columns", what, name, columns));
+  return *found;
 }
 
 bool isState(const Source& source) {

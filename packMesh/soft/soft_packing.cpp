@@ -76,8 +76,16 @@ constexpr double usualDecay = 0.05;
 std::string digestOf(const std::vector<SoftSpecies>& softness) {
   Digest digest;
   for (const SoftSpecies& one : softness) {
-    const auto& [link, bend, volume, area, thermalEnergy, spacing] = one.membrane;
-    for (const double constant : {link, bend, volume, area, thermalEnergy, spacing}) digest.add(constant);
+    const MembraneConstants& m = one.membrane;
+    for (const double constant : {m.link, m.bend, m.volume, m.area, m.thermalEnergy, m.spacing})
+      digest.add(constant);
+    if (m.model != MembraneModel::highOrder) {
+      digest.add(int(m.model));
+      for (const auto& end : m.innerLinks)
+        for (const int v : end) digest.add(v);
+      for (const MembraneConstants::Core& core : {m.cytoskeleton, m.core})
+        for (const double constant : {core.force, core.radius}) digest.add(constant);
+    }
     digest.add(one.rigid);
   }
   return digest.text();
@@ -278,6 +286,7 @@ class SoftPacker {
     if (soft.membranes != membranesDigest_)
       throw InputError(
           "the cells of the state to continue from have other membranes: the constants of their XML files, "
+          "<kBT>, "
           "the lattice spacing, or which cells are rigid, differ");
     attempt_ = int(soft.counters[1]);
     scale_ = soft.numbers[2];

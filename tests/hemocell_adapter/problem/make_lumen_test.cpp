@@ -61,3 +61,24 @@ TEST_CASE("A case that changes the size of its vessel says so", "[executable]") 
   CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: <refDirN> 30"));
   CHECK_THAT(ok(folder, "check config.xml").all(), Contains("10 times as large as in the file"));
 }
+
+TEST_CASE("<nodes> gives the lattice, and it is told where <domain> has another one", "[container]") {
+  const SampleCase folder;
+  const auto lumenOf = [&](const std::string& domain) {
+    writeText(
+        folder.path() / "config.xml",
+        configXml(
+            "<dx> 5e-7 </dx>" + domain,
+            "<packing><container><sphere radius=\"12\"/><nodes> 50 50 50 </nodes></container></packing>"));
+    return planned({(folder.path() / "config.xml").string(), "--rbc", "3"}).lumen;
+  };
+  for (const char* const domain : {"", "<refDirN> 50 </refDirN>", "<refDirN> 80 </refDirN>"}) {
+    CAPTURE(domain);
+    const Lumen lumen = lumenOf(domain);
+    CHECK(lumen.lattice->nodes() == std::array<int, 3>{50, 50, 50});
+    const bool told =
+        std::count(lumen.notices.begin(), lumen.notices.end(),
+                   "<container><nodes> gives the lattice 50 x 50 x 50 nodes; <domain> has 80 x 80 x 80");
+    CHECK(told == (std::string(domain).find("80") != std::string::npos));
+  }
+}

@@ -337,3 +337,42 @@ TEST_CASE("Layers without cells are kept by soft cells; what is in regions and l
                                                             Contains("Hematocrit of region 1:") &&
                                                             Contains("with their centres in it"));
 }
+
+TEST_CASE("Forces are proportional to <kBT>, and those of each species are told", "[executable]") {
+  SampleCase folder;
+  const auto config = [&](const std::string& more) {
+    writeText(folder.path() / "config.xml",
+              configXml("<dx> 5e-7 </dx><nx> 20 </nx><ny> 20 </ny><nz> 20 </nz>" + more));
+  };
+  writeText(folder.path() / "PLT.xml",
+            cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+  config("");
+  const std::string cells = "config.xml --ends periodic --walls none ";
+  ok(folder, cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --state s.h5 --report r.json");
+  const auto deformationIn = [&](const char* name) {
+    return nlohmann::json::parse(readText(folder.path() / name))["deformation"];
+  };
+  const auto once = deformationIn("r.json");
+  REQUIRE(once["species"].size() == 2);
+  CHECK(once["species"][0]["name"] == "RBC");
+  CHECK(once["species"][1]["name"] == "PLT");
+  double most = 0.0;
+  for (const auto& species : once["species"])
+    most = std::max(most, species["largest"]["force"].get<double>());
+  CHECK(once["largest"]["force"] == most);
+  CHECK(most <= 10.0);
+  config("<kBT> 8.201062782e-21 </kBT>");
+  const std::string check = ok(folder, "check " + cells + "--start s.h5 --report t.json").out;
+  const auto twice = deformationIn("t.json");
+  for (int s = 0; s < 2; ++s)
+    CHECK(twice["species"][s]["largest"]["force"].get<double>() ==
+          Approx(2.0 * once["species"][s]["largest"]["force"].get<double>()).epsilon(1e-6));
+  CHECK_THAT(check, Contains("; median of cells "));
+  const std::string packed =
+      cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --max-iterations 5 --state u.h5";
+  const Ran ran = run(folder.path(), packed);
+  CHECK_THAT(ran.out, Contains("kBT 8.201062782e-21 J (config.xml:4: <kBT>)"));
+  config("");
+  requireRefused(folder, {{packed + " --restart u.checkpoint.h5", 2,
+                           "have other membranes: the constants of their XML files, <kBT>"}});
+}
