@@ -150,8 +150,8 @@ def test_interruption():
     def stop(progress):
         if progress.stage == "soft cells":
             raise Enough
-    with pytest.raises(Enough):
-        packmesh.pack(**DENSE, soft=True, progress=stop)
+    with pytest.raises(Enough):  # of enough cells to be told of several times, however fast the machine is
+        packmesh.pack(box=(30, 30, 30), ends="periodic", hematocrit=0.8, platelets=0, soft=True, progress=stop)
 
 
 def test_packing_of_vertices(packing, tmp_path):
