@@ -70,6 +70,10 @@ PosLine posLineOf(const Pose& pose) {
   return line;
 }
 
+PosLine lineOf(const Cell& cell) {
+  return cell.angles.allFinite() ? PosLine{cell.pose.position, cell.angles} : posLineOf(cell.pose);
+}
+
 std::string formatPosHead(std::int64_t count) {
   return std::to_string(count) + '\n';
 }
@@ -98,6 +102,12 @@ std::string bitsOf(const Pose& pose) {
 
 void ReadLines::add(const PosLine& line) {
   lines_.emplace(bitsOf(poseOf(line)), line);
+}
+
+void ReadLines::add(const std::vector<Cell>& cells) {
+  for (const Cell& cell : cells)
+    if (const PosLine line = packmesh::hemocell::lineOf(cell); line.angles != posLineOf(cell.pose).angles)
+      lines_.insert_or_assign(bitsOf(cell.pose), line);
 }
 
 PosLine ReadLines::lineOf(const Pose& pose) const {

@@ -99,6 +99,15 @@ std::optional<Deformations> deformationsOf(const Packing& packing) {
   return Deformations{summaryOf(std::move(all)), std::move(species)};
 }
 
+CellColumn angleColumn(const std::vector<BodyState>& cells, const ReadLines& read) {
+  CellColumn angles{"angles", 3, {}};
+  for (const BodyState& cell : cells) {
+    const PosLine line = read.lineOf(cell.pose());
+    angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
+  }
+  return angles;
+}
+
 std::vector<CellColumn> deformationColumns(const Problem& problem, const std::vector<PlacedCell>& cells) {
   std::vector<CellColumn> columns;
   if (!problem.hasDeformed()) return columns;

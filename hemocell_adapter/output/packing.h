@@ -25,6 +25,9 @@ struct RunTimes {
   double cpu = 0.0, wall = 0.0;
 };
 
+/// The angles of the .pos lines of cells, by which states give the rotations that were certified.
+CellColumn angleColumn(const std::vector<BodyState>& cells, const ReadLines& read);
+
 /// What HemoCell keeps of the cells of all ranks.
 struct Kept {
   Loading loading = Loading::posFiles;

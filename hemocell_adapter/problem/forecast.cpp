@@ -236,7 +236,7 @@ constexpr double redCellVertices = 642.0;
 /// densest packings have effective fractions from 0.53 to 0.90; in wider ones 0.60 to 0.67.
 constexpr double narrowly = 1.3;
 
-/// Parallel efficiency of several ranks.
+/// Parallel efficiency of several ranks or threads.
 constexpr double efficiency = 0.85;
 
 double millisecondsAt(double fraction) {
@@ -288,6 +288,31 @@ std::string about(double seconds) {
 std::string range(double least, double most) {
   if (most < 1.0) return "less than a second";
   return (least < 1.0 ? "up to " : durationText(std::round(least)) + " to ") + durationText(std::round(most));
+}
+
+/// Of each rank, as given: the machine of a dry run may have fewer cores.
+int threadsOf(const Problem& problem) {
+  return int(problem.request.threads.value_or(problem.team.count()));
+}
+
+/// By how much several ranks or threads are faster than one core.
+double speedup(const Problem& problem, int ranks) {
+  const int cores = ranks * threadsOf(problem);
+  return cores > 1 ? efficiency * cores : 1.0;
+}
+
+/// ", about 3 s on 4 ranks with 2 threads each"; empty on one core. @param time there
+std::string wallText(const Problem& problem, int ranks, const std::string& time) {
+  const int threads = threadsOf(problem);
+  if (ranks * threads == 1) return {};
+  if (ranks == 1) return fmt::format(", {} on {} threads", time, threads);
+  return fmt::format(", {} on {} ranks", time, ranks) +
+         (threads > 1 ? fmt::format(" with {} threads each", threads) : "");
+}
+
+std::string memoryText(double megabytes) {
+  return megabytes < 1000.0 ? fmt::format("about {:.0f} MB", megabytes)
+                            : fmt::format("about {:.3g} GB", 1e-3 * megabytes);
 }
 
 /// Constraints whose effect on packing is unknown.
@@ -479,8 +504,11 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   lines.push_back(verdict(problem, f, never));
   const bool soft = deforms(problem, f, never);
   if (soft)
-    lines.push_back(fmt::format("Time: {} of CPU; soft cells usually take {} to {} s each",
+    lines.push_back(fmt::format("Time: {} of CPU{}; soft cells usually take {} to {} s each",
                                 range(leastOfDeformed * double(f.cells), mostOfDeformed * double(f.cells)),
+                                wallText(problem, ranks,
+                                         range(leastOfDeformed * double(f.cells) / speedup(problem, ranks),
+                                               mostOfDeformed * double(f.cells) / speedup(problem, ranks))),
                                 leastOfDeformed, mostOfDeformed));
   else if (problem.request.method == Method::cat)
     lines.push_back("Time: unknown for " + named("method", "cat") +
@@ -490,19 +518,18 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",
-        about(*f.seconds),
-        ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
+        about(*f.seconds), wallText(problem, ranks, about(*f.seconds / speedup(problem, ranks)))));
   const double megabytes = soft ? f.softMegabytes : f.megabytes;
   lines.push_back(
-      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (megabytes - ofProgram) / ranks));
+      fmt::format("Memory: {} for each rank", memoryText(ofProgram + (megabytes - ofProgram) / ranks)));
   const double tiles = double(problem.request.tiles[0]) * problem.request.tiles[1] * problem.request.tiles[2];
   if (tiles > 1.0)
     lines.push_back(
-        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
+        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, {} in all; the certificate "
                     "of the larger "
                     "box takes additional time",
                     problem.request.tiles[0], problem.request.tiles[1], problem.request.tiles[2],
-                    tiles * double(f.cells), ofProgram + tiles * (megabytes - ofProgram)));
+                    tiles * double(f.cells), memoryText(ofProgram + tiles * (megabytes - ofProgram))));
   if (const std::string left = leftOut(problem); !left.empty())
     lines.push_back(
         fmt::format("Not included in these figures: {}; packing then is harder and takes longer", left));

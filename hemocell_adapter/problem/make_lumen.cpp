@@ -339,11 +339,10 @@ std::string scaleText(const Domain& domain, double extent) {
   if (isUnit(unit, 0.5 / domain.refDirN)) return {};  // a number of nodes is rounded
   const double inMicrometres = std::max(1.0, std::round(extent / domain.dx));
   return fmt::format(
-      "<refDirN> {} makes the {} extent of {}, {:.6g}, {:.6g} µm: {:.4g} times as large as in the file, if "
-      "that is in µm "
-      "(<refDirN> {:.0f} keeps its size)",
-      domain.refDirN, "xyz"[domain.refDir], domain.geometry->filename().string(), extent,
-      domain.dx * domain.refDirN, unit, inMicrometres);
+      "{:.4g} µm per unit of {}: <refDirN> {} makes its {} extent {:.6g} µm, which is {:.6g} in the file "
+      "(if that is in µm, <refDirN> {:.0f} keeps it)",
+      unit, domain.geometry->filename().string(), domain.refDirN, "xyz"[domain.refDir],
+      domain.dx * domain.refDirN, extent, inMicrometres);
 }
 
 void requireSimple(const VesselMesh& stl, const std::string& where) {

@@ -96,7 +96,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   if (const double limit = limits_.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto left = remaining(progress, seconds))
-    line += fmt::format(", about {} left", durationText(std::ceil(*left)));
+    line += fmt::format(", {} {} left", soft ? "at least" : "about", durationText(std::ceil(*left)));
   return line;
 }
 

@@ -192,7 +192,7 @@ std::string failureText(const Packing& packing, const Delivery& delivery, LumenS
   const Forecast forecast = forecastOf(problem, sample);
   return reachedText(packing) + fixedText(packing) +
          (packing.cellCount == 0
-              ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
+              ? "; " + std::string(delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : softInstead(problem)) +
          ". " + roomText(problem, forecast, sample);

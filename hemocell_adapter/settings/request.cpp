@@ -133,8 +133,9 @@ StateCells cellsOf(const MemoryInput& given) {
       cell.id = std::int64_t(state.cells.size());
       cell.species = std::int32_t(state.species.size());
       cell.pose.position = rowOf(table, i);
-      const double* const q = &table.values[7 * i + 3];
+      const double* const q = &table.values[table.columns * i + 3];
       cell.pose.orientation = Quaternion(q[0], q[1], q[2], q[3]);
+      if (table.columns >= 10) cell.angles = Vec3(q + 4);  // earlier versions have none
       if (const double row = rows ? rows->values[i] : -1.0; row >= 0.0)
         for (std::size_t v = 0; v < size; ++v)
           cell.vertices.push_back(rowOf(*membranes, std::size_t(row) * size + v));
@@ -215,7 +216,7 @@ std::vector<StateTable> storedCells(const StateCells& state) {
   for (std::size_t k = 0; k < state.species.size(); ++k) {
     const StateCells::Kind& kind = state.species[k];
     StateTable vertices{kind.name + verticesTable, 3, {}}, triangles{kind.name + trianglesTable, 3, {}};
-    StateTable poses{kind.name + posesTable, 7, {}}, membranes{kind.name + membranesTable, 3, {}};
+    StateTable poses{kind.name + posesTable, 10, {}}, membranes{kind.name + membranesTable, 3, {}};
     StateTable rows{kind.name + rowsTable, 1, {}};
     for (const Vec3& v : kind.mesh.vertices) add(vertices.values, v);
     for (const Triangle& t : kind.mesh.triangles)
@@ -226,6 +227,7 @@ std::vector<StateTable> storedCells(const StateCells& state) {
       const Quaternion& q = cell.pose.orientation;
       add(poses.values, cell.pose.position);
       poses.values.insert(poses.values.end(), {q.w(), q.x(), q.y(), q.z()});
+      add(poses.values, cell.angles);
       rows.values.push_back(cell.vertices.empty() ? -1.0 : deformed++);
       for (const Vec3& v : cell.vertices) add(membranes.values, v);
     }

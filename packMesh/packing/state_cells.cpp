@@ -99,7 +99,9 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     state.period = row(2);
   }
   std::vector<std::int32_t> shapes;
+  std::vector<double> angles;
   if (in.has("/cells/shape")) shapes = in.table<std::int32_t>("/cells/shape", 1, first, count);
+  if (in.has("/cells/angles")) angles = in.table<double>("/cells/angles", 3, first, count);
   state.deformed = in.has(membraneRows);
   state.certified = true;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -116,6 +118,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     if (std::abs(scale[i] - 1.0) > rounding) in.fail("has cells that still grow: continue that run first");
     cell.species = kinds[species[i]];
     if (!shapes.empty()) cell.shape = shapes[i];
+    if (!angles.empty()) cell.angles = Vec3(&angles[3 * i]);
     ++state.species[cell.species].count;
     state.cells.push_back(std::move(cell));
     state.certified = state.certified && !std::isnan(gap[i]);

@@ -411,14 +411,17 @@ def test_load(state, tmp_path, caplog):
             np.testing.assert_allclose(one.vertices(name), packing.vertices(name), rtol=0, atol=1e-9)
             np.testing.assert_allclose(one.pos_lines(name), packing.pos_lines(name), rtol=0, atol=1e-6)
         assert one.check() == packmesh.DeformedCheck([], None, []) == packmesh.check(file)
-    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"])][:2] == ["RBC.pos", "PLT.pos"]
-    assert "# period: 30 0 0\n" in (tmp_path / "pos/cells.csv").read_text() and not caplog.messages
+    with pytest.raises(packmesh.InputError, match="write_pos: RBC.pos and PLT.pos are not written: .*undeformed=True writes the rigid fits"):
+        loaded.write_pos(tmp_path / "pos")
+    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl"])] == ["cells.stl"] and not caplog.messages
+    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"], undeformed=True)][:2] == ["RBC.pos", "PLT.pos"]
+    assert "# period: 30 0 0\n" in (tmp_path / "pos/cells.csv").read_text() and len(caplog.messages) == 1
     assert packmesh.pack(cylinder=("x", 9, 30), ends="periodic", fixed=loaded, best_effort=True).deformed
     assert packmesh.pack(cylinder=("x", 9, 60), ends="periodic", blood=loaded).counts["RBC"] == 18
     with pytest.raises(packmesh.InputError, match=r"flowing.h5: has no case, .* packmesh.check\(file, case=...\)"):
         print(loaded.hematocrit)
-    with pytest.raises(packmesh.InputError, match="the packing was loaded from .*flowing.h5: copy that file"):
-        loaded.save(tmp_path / "other.h5")
+    loaded.save(tmp_path / "other.h5")
+    assert (tmp_path / "other.h5").read_bytes() == file.read_bytes()
 
 
 def test_loaded_cells_that_overlap(case):

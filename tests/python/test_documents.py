@@ -28,9 +28,14 @@ def test_howto(page, least, tmp_path, monkeypatch, pipe):
         exec(compile(block, page + ".md", "exec"), names)
 
 
-@pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["case/RBC.pos", "cells.h5"]), ("vessel", 2, ["vessel-*/case/case.cpp"])])
+@pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["cylinder/RBC.pos", "cylinder/cells.h5"]), ("vessel", 2, ["vessel-*/case/case.cpp"])])
 def test_notebook(name, pictures, written, tmp_path):
-    """In the folder of another run of the same notebook, too."""
+    """Beside what the other one, and this one before, have written."""
+    if name == "packing":
+        for folder in ("case", "cylinder"):
+            (tmp_path / folder).mkdir()
+            (tmp_path / folder / "RBC.pos").write_text("1\n0 0 0 0 0 0\n")
+        (tmp_path / "cylinder/cells.h5").write_text("another file")
     nbformat, nbclient, traitlets = map(pytest.importorskip, ("nbformat", "nbclient", "traitlets.config"))
     notebook = nbformat.read(SOURCE / f"examples/{name}.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "stored without outputs"

@@ -12,6 +12,7 @@ import packmesh
 from conftest import SOURCE
 from forked_commands import output_of
 from packmesh import vtp
+from packmesh.export import FORMATS, OF_MEMBRANES
 from packmesh.membrane_measures import shapes_of
 from packmesh.packing_file import PackingFile
 from write_run import sphere
@@ -58,7 +59,8 @@ def test_deformation_of_each_cell(packing, tmp_path):
     packing.save(tmp_path / "s.h5")
     np.testing.assert_allclose(packmesh.load(tmp_path / "s.h5").columns()["force"], columns["force"], rtol=1e-9)
     np.testing.assert_array_equal(PackingFile(str(tmp_path / "s.h5")).column("force"), columns["force"])
-    packing.write_vtp(tmp_path, meshes=True)
+    with pytest.warns(packmesh.PackingWarning, match="9 of 9 cells are deformed"):
+        packing.write_vtp(tmp_path, meshes=True, undeformed=True)
     np.testing.assert_array_equal(vtp.read(tmp_path / "RBC.vtp").data["force"], columns["force"])
     np.testing.assert_allclose(vtp.read(tmp_path / "RBC_cells.vtp").data["area_change"], np.repeat(columns["area_change"], len(triangles)),
                                rtol=1e-6)
@@ -69,6 +71,39 @@ def test_deformation_of_each_cell(packing, tmp_path):
 def test_same_cells_as_the_program(packing, program):
     folder, _ = program(10, 10, 10, "--ends", "periodic", "--hematocrit", 0.73, "--plt_ratio", 0, "--soft", "--state", "s.h5")
     np.testing.assert_allclose(packmesh.load(folder / "s.h5").vertices("RBC"), packing.vertices("RBC"), rtol=0, atol=1e-12)
+
+
+def test_formats_of_poses_refuse_deformed_cells(packing, program, tmp_path):
+    """Their cells would overlap. On request they are written undeformed, with a warning how many do."""
+    lines = {"RBC": packing.pos_lines("RBC")}
+    packmesh.write_pos(tmp_path / "template", lines)
+    overlapping = packmesh.check(tmp_path / "template", box=(10, 10, 10), ends="periodic").certificate.overlapping
+    pairs = len({(one.first, one.second) for one in overlapping})  # each once, also if several images overlap
+    assert pairs > 10
+    for name in FORMATS:
+        if name in OF_MEMBRANES:
+            assert packing.write_pos(tmp_path / name, export=[name])
+            continue
+        with pytest.raises(packmesh.InputError, match=f"export: {name} holds undeformed cells .*stl and vtk-meshes hold the membranes.*undeformed"):
+            packing.write_pos(tmp_path / name, export=["stl", name])
+        assert not list((tmp_path / name).glob("*"))
+    with pytest.raises(packmesh.InputError, match="export: vtk holds"):
+        packing.write_vtp(tmp_path / "none")
+    with pytest.warns(packmesh.PackingWarning, match=f"9 of 9 cells are deformed, but are written undeformed: these cells overlap in {pairs} pairs"):
+        packing.write_pos(tmp_path / "forced", export=["csv", "stl"], undeformed=True)
+    nodes = np.loadtxt(tmp_path / "espresso-membranes/RBC_membranes.dat").reshape(9, -1, 3)
+    np.testing.assert_array_equal(nodes, packing.vertices("RBC"))
+    # The program writes everything else.
+    words = [*"10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft --export csv --export stl --report r.html".split()]
+    folder, text = program(*words, code=5)
+    assert "Wrote ./state.h5 (9 cells; load it by packmesh::loadParticles(hemocell, \"./state.h5\"))" in text
+    assert "(Error) export: csv holds undeformed cells" in text and "cells.stl" not in text
+    assert {"state.h5", "r.html", "r.json"} == {path.name for path in folder.iterdir()}
+    folder, text = program(*words, "--undeformed", folder="forced")
+    assert f"these cells overlap in {pairs} pairs" in text and (folder / "cells.csv").exists() and (folder / "cells.stl").exists()
+    # What is deformed from the beginning is refused before packing.
+    _, text = program(*"10 10 10 --ends periodic --rbc 9 --vtp --fixed".split(), folder / "state.h5", folder="fixed", code=2)
+    assert "export: vtk holds undeformed cells" in text and "Certificate" not in text
 
 
 def test_exports_and_page(packing, tmp_path):
@@ -115,8 +150,8 @@ def test_interruption():
     def stop(progress):
         if progress.stage == "soft cells":
             raise Enough
-    with pytest.raises(Enough):
-        packmesh.pack(**{**DENSE, "box": (30, 30, 30)}, soft=True, progress=stop)  # takes longer than it takes to be told
+    with pytest.raises(Enough):  # of enough cells to be told of several times, however fast the machine is
+        packmesh.pack(box=(30, 30, 30), ends="periodic", hematocrit=0.8, platelets=0, soft=True, progress=stop)
 
 
 def test_packing_of_vertices(packing, tmp_path):

@@ -257,7 +257,7 @@ TEST_CASE("A dry run of what no method can pack has the exit code of what cannot
 
 TEST_CASE("Soft cells are forecast where undeformed ones cannot be packed", "[executable]") {
   const TemporaryFolder folder;
-  const std::string dense = "30 30 30 --ends periodic --hematocrit 0.8 --soft --dry-run";
+  const std::string dense = "30 30 30 --ends periodic --hematocrit 0.8 --soft --threads 1 --dry-run";
   Ran ran = run(folder.path(), dense);
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
@@ -270,6 +270,12 @@ TEST_CASE("Soft cells are forecast where undeformed ones cannot be packed", "[ex
   CHECK_THAT(ran.out, Contains("Then repeated 2 x 1 x 1 times: 570 cells, about 101 MB in all"));
   ran = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.3 --soft --dry-run");
   CHECK_THAT(ran.out, Contains("Feasible") && Contains("Memory: about 25 MB for each rank"));
+  // On the threads that are given, and in units that can be read.
+  ran = run(folder.path(), "150 150 150 --ends periodic --hematocrit 0.8 --soft --threads 64 --dry-run");
+  CHECK_THAT(ran.out, Contains("s of CPU, 7 s to ") && Contains(" on 64 threads; soft cells") &&
+                          Contains("Memory: about 4.76 GB for each rank"));
+  ran = run(folder.path(), "150 150 150 --ends periodic --hematocrit 0.45 --threads 4 --dry-run");
+  CHECK_THAT(ran.out, Contains("Time: about 2 s of CPU, less than a second on 4 threads, on a core at"));
 }
 
 TEST_CASE("A dry run and a validation write no files", "[executable]") {

@@ -52,14 +52,13 @@ TEST_CASE("A case that changes the size of its vessel says so", "[executable]") 
     return planned({(folder.path() / "config.xml").string()}).lumen.scale;
   };
   CHECK(scale(65.0, 41.0) ==
-        "<refDirN> 30 makes the y extent of tube.stl, 82, 15 µm: 0.1829 times as large as in the file, if "
-        "that is in "
-        "µm (<refDirN> 164 keeps its size)");
+        "0.1829 µm per unit of tube.stl: <refDirN> 30 makes its y extent 15 µm, which is 82 in the file (if "
+        "that is in µm, <refDirN> 164 keeps it)");
   CHECK(scale(24.0, 7.55).empty());  // 30.2 spacings
   for (const double unit : {1e-3, 1e-4, 1e-6}) CHECK(scale(24 * unit, 7.5 * unit).empty());
   scale(2.4, 0.75);
-  CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: <refDirN> 30"));
-  CHECK_THAT(ok(folder, "check config.xml").all(), Contains("10 times as large as in the file"));
+  CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: 10 µm per unit of tube.stl: <refDirN> 30"));
+  CHECK_THAT(ok(folder, "check config.xml").all(), Contains("Scale: 10 µm per unit"));
 }
 
 TEST_CASE("<nodes> gives the lattice, and it is told where <domain> has another one", "[container]") {

@@ -106,6 +106,9 @@ TEST_CASE("Soft cells that cannot be packed within the limits are refused, and i
              Contains("the area of a cell changed by -") && Contains("1 % are allowed (--max-area-change)"));
   CHECK_THAT(failed(folder, dense + "--max-volume-change 1e-6 --max-iterations 400", 3).err,
              Contains("the volume of a cell changed by") && Contains("0.0001 % are allowed"));
+  // They keep to the limits, and it is not said that they exceed one.
+  CHECK_THAT(failed(folder, dense + "--max-iterations 36", 3).err,
+             Contains("the cells have their full size, but had not come to rest after 36 iterations"));
   CHECK_THAT(failed(folder, dense + "--max-iterations 20", 3).err,
              Contains("the cells had grown to") && Contains("after 20 iterations"));
   CHECK_THAT(failed(folder, "--cylinder x 1.2 20 --ends periodic --rbc 1 --soft --max-iterations 50", 3).err,
