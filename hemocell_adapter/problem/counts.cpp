@@ -133,7 +133,7 @@ void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
   const Container& lumen = *scene.lumen.container;
   constexpr double densestKnown = 0.7707, rounding = 1e-9;
   constexpr std::int64_t many = 100;
-  const double part = double(cellsToPack(species)) * species.shape->volume() / lumen.volume();
+  const double part = double(species.toPack()) * species.shape->volume() / lumen.volume();
   using Template = CellSpecies::Template;
   const bool byFormula =
       species.kind == Template::ellipsoid ||
@@ -272,19 +272,12 @@ std::vector<CellSpecies> withCounts(std::vector<CellSpecies> species,
   return species;
 }
 
-std::int64_t cellsToPack(const CellSpecies& species) {
-  std::int64_t deformed = 0;
-  for (const auto* const present : {&species.fixed, &species.start})
-    for (const PresentCell& cell : *present) deformed += cell.shape >= 0;
-  return std::max<std::int64_t>(0, species.count - deformed);
-}
-
 void examineNumbers(const Scene& scene, Notices& notices) {
   double volume = 0.0, toPack = 0.0;
   std::set<const Acceptance*> examined;
   for (const CellSpecies& species : scene.species) {
     volume += double(species.count) * species.meanVolume;
-    toPack += double(cellsToPack(species)) * species.shape->volume();
+    toPack += double(species.toPack()) * species.shape->volume();
     if (species.mostCells() == 0) continue;
     if (!scene.request.soft) refuseTooLarge(scene, species);
     if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);

@@ -44,9 +44,6 @@ std::vector<CellSpecies> withMeanVolumes(std::vector<CellSpecies> species, const
 std::vector<CellSpecies> withCounts(std::vector<CellSpecies> species,
                                     const std::vector<std::int64_t>& counts);
 
-/// Cells of a species without those that exist already with meshes of their own, which stay as they are.
-std::int64_t cellsToPack(const CellSpecies& species);
-
 /// Examines whether so many cells can be there. Pre: the species have their numbers
 /// @throws InputError if cells fit nowhere in the lumen, if HemoCell would delete every one of a kind, or if
 ///   they fill more of the lumen than there is, or than any known packing does

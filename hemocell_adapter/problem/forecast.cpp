@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
-#include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/box.h"
 #include "packMesh/core/random.h"
@@ -376,7 +375,7 @@ std::vector<std::string> roomLines(const Problem& problem, const Forecast& forec
 std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
-    const std::int64_t count = cellsToPack(species);
+    const std::int64_t count = species.toPack();
     if (count == 0 || species.count <= std::int64_t(species.fixed.size())) continue;
     const double volume = double(count) * species.shape->volume();
     if (volume > forecast.roomVolumes[s])
@@ -437,7 +436,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   double volume = 0.0, toPack = 0.0;
   for (const CellSpecies& species : problem.species) {
     volume += double(species.count) * species.meanVolume;
-    toPack += double(cellsToPack(species)) * species.shape->volume();
+    toPack += double(species.toPack()) * species.shape->volume();
   }
   const double left = 1.0 - std::max(0.0, volume - toPack) / lumen;  // by cells that have shapes of their own
   for (std::size_t i = 0; i < problem.species.size(); ++i) {
@@ -445,7 +444,7 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.cells += species.count;
     forecast.roomShares.push_back(1.0);
     forecast.roomVolumes.push_back(lumen);
-    const double n = double(cellsToPack(species)), own = species.shape->volume();
+    const double n = double(species.toPack()), own = species.shape->volume();
     if (n == 0.0) continue;
     const Room& room = sample.room(static_cast<int>(i));
     forecast.roomShares.back() = room.share;

@@ -54,8 +54,9 @@ void checkPeriods(const Species& species, const Shape& shape, const PackingProbl
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
       throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +
-                       ", is too small for the certificate: a cell of species '" + species.kindName() + "' is " +
-                       number(width) + " µm wide, and gaps up to " + number(gap) + " µm are measured");
+                       ", is too small for the certificate: a cell of species '" + species.kindName() +
+                       "' is " + number(width) + " µm wide, and gaps up to " + number(gap) +
+                       " µm are measured");
 }
 
 /// Cells with a clearance c remain disjoint when each is dilated by c/2, and are then inside the lumen
@@ -82,7 +83,9 @@ void checkRoomForClearance(const PackingProblem& problem) {
 }
 
 void checkShapes(const Species& species, const Physics& physics) {
-  const auto refuse = [&](const char* what) { throw InputError("species '" + species.kindName() + "' " + what); };
+  const auto refuse = [&](const char* what) {
+    throw InputError("species '" + species.kindName() + "' " + what);
+  };
   const auto exists = [&](int shape) {
     return shape >= 0 && shape < static_cast<int>(physics.shapes.size()) && physics.shapes[shape];
   };
@@ -94,7 +97,9 @@ void checkShapes(const Species& species, const Physics& physics) {
 
 void checkStart(const Species& species) {
   const Freedom& freedom = species.freedom;
-  const auto refuse = [&](const char* what) { throw InputError("species '" + species.kindName() + "' " + what); };
+  const auto refuse = [&](const char* what) {
+    throw InputError("species '" + species.kindName() + "' " + what);
+  };
   if (freedom.fixed && species.placed() != species.count)
     refuse("is fixed, so each of its cells needs an initial pose");
   species.forEachStart([&](int, const Pose& pose) {
