@@ -117,7 +117,7 @@ StateCells cellsOf(const MemoryInput& given) {
   for (const StateTable& table : given.tables) {
     const std::size_t end = table.name.rfind(posesTable);
     if (end == std::string::npos || end + std::string(posesTable).size() != table.name.size()) continue;
-    given.table(table.name, 7);
+    given.table(table.name, table.columns == 10 ? 10 : 7);  // with angles or, of earlier versions, without
     StateCells::Kind kind;
     kind.name = table.name.substr(0, end);
     kind.mesh = meshOf(given, kind.name + verticesTable, kind.name + trianglesTable);
