@@ -55,7 +55,7 @@ def _number(name: str, value: Any) -> Any:
 
     least, most, what = _RANGES[name]
     number = value_of(name, value) if isinstance(value, (int, float, np.number)) else None
-    kinds = int if isinstance(least, int) else (int, float)
+    kinds: Tuple[type, ...] = (int,) if isinstance(least, int) else (int, float)
     if not isinstance(number, kinds) or isinstance(number, bool) or not least <= number <= most:
         ends = f"{least} to {most}" if isinstance(least, int) else f"{least:g} to {most:g}"
         found = f"a number of {value.bit_length()} bits" if isinstance(value, int) and value.bit_length() > 100 else repr(value)
