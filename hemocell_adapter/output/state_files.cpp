@@ -77,7 +77,8 @@ std::optional<Json> now(const Json& json, const std::string& folder) {
   const auto beside = json.find("beside");
   if (beside == json.end()) return {};
   const Json path = now(*beside, folder).value_or(*beside);
-  return path.is_string() ? std::optional<Json>(folder + path.get<std::string>()) : std::nullopt;
+  if (!path.is_string()) return {};
+  return Json(fs::path(folder + path.get<std::string>()).lexically_normal().string());
 }
 
 /// The numbers of a record. Those of a table are "<key>\n<name>".
@@ -102,9 +103,13 @@ MemoryInputs memoryInputsIn(const StateRecord& record) {
 
 StateRecord recordOf(const Request& request, const fs::path& state) {
   StateRecord record;
-  Json json = toJson(request);
-  json.erase("restart");
   const std::string folder = folderNameOf(state);
+  Json json = toJson(withFiles(request, [&](const fs::path& file) {
+    if (file.is_absolute()) return file;
+    const fs::path whole = (request.workingFolder / file).lexically_normal();
+    return fs::path(folder + whole.lexically_relative(fs::path(folder).parent_path()).string());
+  }));
+  json.erase("restart");
   record.request = mapped(json, [&](const Json& one) { return stored(one, folder); }).dump();
   for (const auto& [key, given] : memoryInputsOf(request))
     for (const StateTable& table : given->tables)

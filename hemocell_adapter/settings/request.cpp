@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <system_error>
 
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/python_command.h"
@@ -29,6 +30,11 @@ constexpr NamedConstruction namesOfConstructions[] = {
 };
 
 }  // namespace
+
+std::filesystem::path currentFolder() {
+  std::error_code ignored;
+  return std::filesystem::current_path(ignored);
+}
 
 std::string toString(Construction construction) {
   for (const NamedConstruction& entry : namesOfConstructions)

@@ -199,10 +199,14 @@ struct Method {
 /// Whether packMesh was built with Method::cat (CMake: PACKMESH_CAT).
 bool hasCat();
 
+/// The working directory, empty if it was removed.
+std::filesystem::path currentFolder();
+
 /// What the user states, nothing resolved; the initial values of members are the defaults. Made by the
 /// readers of one table of settings: options, `<packing>`, JSON.
 struct Request {
-  std::optional<std::filesystem::path> config;  ///< config.xml of a case
+  std::optional<std::filesystem::path> config;            ///< config.xml of a case
+  std::filesystem::path workingFolder = currentFolder();  ///< relative names of files begin there
   // Cells
   std::optional<double> hematocrit;
   std::optional<double> dischargeHematocrit;  ///< decides the hematocrit, by the lumen's diameter

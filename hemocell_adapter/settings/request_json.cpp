@@ -322,6 +322,24 @@ Json jsonOf(const Setting& setting, const Request& request) {
   return all.front();
 }
 
+/// @param visit is called with each Source, which has a file or numbers
+template <class AnyRequest, class Visit>
+void forEachSource(AnyRequest& request, const Visit& visit) {
+  const auto visitStated = [&](auto& source) {
+    if (source) visit(*source);
+  };
+  for (auto& species : request.species)
+    for (auto* source : {&species.meshFile, &species.fixed, &species.start}) visitStated(*source);
+  for (auto* states : {&request.fixedStates, &request.startStates})
+    for (auto& state : *states) visit(state);
+  visitStated(request.blood);
+  visitStated(request.profile);
+  for (auto& region : request.regions) visit(region.body.file);
+  if (!request.container) return;
+  if (request.container->lumen) visit(request.container->lumen->file);
+  for (auto& obstacle : request.container->obstacles) visit(obstacle.file);
+}
+
 }  // namespace
 
 std::string textOf(const Json& json) {
@@ -403,23 +421,20 @@ Json toJson(const Request& request) {
 
 MemoryInputs memoryInputsOf(const Request& request) {
   MemoryInputs all;
-  const auto add = [&](const Source& source) {
+  forEachSource(request, [&](const Source& source) {
     if (source.given) all[source.given->key] = source.given;
-  };
-  const auto addOptional = [&](const std::optional<Source>& source) {
-    if (source) add(*source);
-  };
-  for (const SpeciesRequest& species : request.species)
-    for (const auto* source : {&species.meshFile, &species.fixed, &species.start}) addOptional(*source);
-  for (const auto* states : {&request.fixedStates, &request.startStates})
-    for (const Source& state : *states) add(state);
-  addOptional(request.blood);
-  addOptional(request.profile);
-  for (const RegionRequest& region : request.regions) add(region.body.file);
-  if (!request.container) return all;
-  if (request.container->lumen) add(request.container->lumen->file);
-  for (const SolidRequest& obstacle : request.container->obstacles) add(obstacle.file);
+  });
   return all;
+}
+
+Request withFiles(Request request,
+                  const std::function<std::filesystem::path(const std::filesystem::path&)>& renamed) {
+  forEachSource(request, [&](Source& source) {
+    if (!source.given && !source.empty() && source.file != developedProfile)
+      source.file = renamed(source.file);
+  });
+  if (request.config) request.config = renamed(*request.config);
+  return request;
 }
 
 Request withJson(Request base, const Json& json, const Origin& from, const MemoryInputs& gifts) {

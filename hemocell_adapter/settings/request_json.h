@@ -12,6 +12,8 @@
 /// Instead of a file, {"given": key} stands for numbers in memory.
 #pragma once
 
+#include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 
 #include "hemocell_adapter/base/value.h"
@@ -25,6 +27,10 @@ using Json = nlohmann::ordered_json;
 Json toJson(const Request& request);
 /// The numbers that stand in it instead of files.
 MemoryInputs memoryInputsOf(const Request& request);
+
+/// The same request with other names of the files that it reads, but for that from which it continues.
+Request withFiles(Request request,
+                  const std::function<std::filesystem::path(const std::filesystem::path&)>& renamed);
 
 /// `base`, overridden by what JSON states: a value replaces that of its key, and a value of another key that
 /// says the same in another way (a hematocrit the discharge hematocrit, the count of a species its ratio).

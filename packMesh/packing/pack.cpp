@@ -149,13 +149,14 @@ void checkFixed(const Physics& physics, const Threads& threads) {
   const Certificate found = certify(certificateInputOf(physics, cells, threads));
   if (!found.misplaced.empty()) {
     const MisplacedCell& cell = found.misplaced.front();
-    throw InputError(names[cell.cell] + " is fixed, but " + cell.reason);
+    throw InputError(names[cell.cell] + ", which stays where it is, " + cell.reason);
   }
   if (!found.selfIntersecting.empty())
-    throw InputError(names[found.selfIntersecting.front().cell] + " is fixed, but intersects itself");
+    throw InputError(names[found.selfIntersecting.front().cell] +
+                     ", which stays where it is, intersects itself");
   if (!found.overlapping.empty()) {
     const OverlappingPair& pair = found.overlapping.front();
-    throw InputError(names[pair.first] + " and " + names[pair.second] + " are fixed, but " +
+    throw InputError(names[pair.first] + " and " + names[pair.second] + ", which stay where they are, " +
                      (pair.gap > 0.0 ? "are closer to each other than the clearance" : "overlap each other"));
   }
 }

@@ -224,8 +224,14 @@ def packing_of(cells: Mapping[str, Any], **options: Any) -> Packing:
     species = dict(options.pop("species", None) or {})
     for name, given in cells.items():
         one = species.get(name)
-        species[name] = dataclasses.replace(one, count=len(given)) if isinstance(one, Species) else len(given)
-    return pack(fixed=cells, species=species, **options)
+        count = len(given) if hasattr(given, "__len__") else 0
+        species[name] = dataclasses.replace(one, count=count) if isinstance(one, Species) else count
+    try:
+        return pack(fixed=cells, species=species, **options)
+    except InputError as failure:
+        if not str(failure).startswith("fixed: "):
+            raise
+        raise InputError("cells" + str(failure)[len("fixed"):]) from None
 
 
 def realisations(count: Integer, *, seed: Optional[Integer] = None, **options: Any) -> Iterator[Packing]:
@@ -319,7 +325,8 @@ def _as_cells(option: str, source: Any, request: Dict[str, Any]) -> Any:
     if not vertices:
         return source
     if len(vertices) < len(arrays):
-        raise InputError(f"{option}: expected vertices, shape (n, V, 3), of all kinds of cells, or lines of .pos files, shape (n, 6), of all")
+        raise InputError(f"the cells {', '.join(map(repr, arrays))}: expected vertices, shape (n, V, 3), of all kinds of cells, or lines of .pos files, "
+                         "shape (n, 6), of all")
     species = {one["name"]: one for one in request.get("species", []) if one["name"] in vertices}
     counted = [{**{key: value for key, value in species.get(name, {"name": name}).items() if key != "ratio"}, "count": len(cells)}
                for name, cells in vertices.items()]
@@ -328,11 +335,10 @@ def _as_cells(option: str, source: Any, request: Dict[str, Any]) -> Any:
     kinds = []
     for name, cells in vertices.items():
         template, triangles = templates[name]
-        if not (np.issubdtype(cells.dtype, np.number) and np.isfinite(cells).all()):
-            raise InputError(f'{option}["{name}"]: expected finite numbers')
+        if cells.dtype.kind not in "fiu" or not np.isfinite(cells).all():
+            raise InputError(f"the cells '{name}': expected finite numbers")
         if cells.shape[1:] != template.shape:
-            raise InputError(f'{option}["{name}"]: expected vertices of shape (n, {len(template)}, 3), in the order of the template, '
-                             f"found {cells.shape}")
+            raise InputError(f"the cells '{name}': expected vertices of shape (n, {len(template)}, 3), in the order of the template, found {cells.shape}")
         rotations, positions, _ = rigid_fits(template, cells)
         bodies = np.einsum("nvi,nij->nvj", cells - positions[:, None], rotations)
         kinds.append((name, template, triangles, positions, quaternions_of(rotations), bodies))

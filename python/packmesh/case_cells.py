@@ -25,6 +25,7 @@ _CONSTANTS = ("kVolume", "kArea", "kLink", "kBend", "eta_m")
 _OF_WHITE_CELLS = ("kInnerRigid", "kCytoskeleton", "coreRadius")
 #: Coarser lattices have coarser red cells, whose edges are then as long as dx again [µm]; their triangles, at least, and vertices.
 _FINE, _COARSE_TRIANGLES, _COARSE_VERTICES = 0.7, 200, 162
+_COARSE_ELLIPSOID = 128  # triangles, which begin with 8 in place of 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,16 +76,20 @@ def _cell(name: str, file: str, ratio: Optional[float], dx: float) -> CaseCell:
         raise InputError(f"{file}: HemoCell builds a cell by its name, which begins with RBC, PLT or WBC, or by its <StlFile>; found neither")
     model = "RbcMalariaModel" if construction == "MESH_FROM_STL" and tags.get("kInnerLink") else _MODELS[construction]
     if file:
-        _require_constants(file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE"))
+        _require_constants(file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE") + ("kInnerLink",) * (model == "RbcMalariaModel"))
     mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), tags["StlFile"])
-    vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
+    vertices, triangles = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
     count = len(vertices)
-    if dx > _FINE and construction in ("RBC_FROM_SPHERE", "WBC_SPHERE") and count > _COARSE_VERTICES:
-        if file:
+    is_fine = dx > _FINE and count > _COARSE_VERTICES
+    if file:
+        links = _links(file, count)
+        if is_fine and np.linalg.norm(np.diff(vertices[triangles[:, [0, 1, 2, 0]]], axis=1), axis=2).mean() < dx:
+            coarser = ("give a coarser <StlFile>" if mesh else
+                       f"set <minNumTriangles> to {_COARSE_ELLIPSOID if construction == 'ELLIPSOID_FROM_SPHERE' else _COARSE_TRIANGLES}")
             logging.getLogger("packmesh").warning("%s: a membrane of %d vertices is finer than a lattice with a dx of %g µm, and its forces there exceed HemoCell's "
-                                                  "limit: set <minNumTriangles> to %d", file, count, dx, _COARSE_TRIANGLES)
-        else:
-            count = _COARSE_VERTICES
+                                                  "limit: %s%s", file, count, dx, coarser, ", and in <InnerEdges> the links of its vertices" * bool(links))
+    elif is_fine:
+        count = _COARSE_VERTICES
     return CaseCell(name, ratio, construction, model, count, _longest(vertices), file, mesh)
 
 
@@ -103,6 +108,17 @@ def _require_constants(file: str, tags: Mapping[str, str], names: Sequence[str])
     if missing:
         raise InputError(f"{file}: HemoCell cannot simulate this cell without a number in {', '.join(f'<{name}>' for name in missing)}. packMesh has complete "
                          "files in config/: RBC.xml, PLT.xml, WBC.xml")
+
+
+def _links(file: str, vertices: int) -> List[str]:
+    """The pairs in `<InnerEdges>`. HemoCell reads vertices of any number, also where the cell has none. Raises InputError"""
+    links = [(one.text or "").strip() for one in xml.etree.ElementTree.parse(file).getroot().iterfind("MaterialModel/InnerEdges/*")]
+    for link in links:
+        ends = {int(end) for end in link.split() if re.fullmatch("[0-9]{1,9}", end)}
+        if len(link.split()) != 2 or len(ends) != 2 or max(ends) >= vertices:
+            raise InputError(f"{file}: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to {vertices - 1}, as HemoCell builds "
+                             f"this cell with {vertices}")
+    return links
 
 
 def _is_number(text: str) -> bool:

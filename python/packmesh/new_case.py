@@ -149,30 +149,31 @@ def new_case(
     """
     _module()
     given = examined(dict(locals()), inspect.signature(new_case))
-    folder = given["folder"]
+    folder, dx, time, ranks, hematocrit, platelets, seed, realisations, soft, pos = (given[name] for name in (
+        "folder", "dx", "time", "ranks", "hematocrit", "platelets", "seed", "realisations", "soft", "pos"))
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{folder}: exists; expected the name of a folder to be made")
     if soft and pos:
         raise InputError("--soft: .pos files cannot have deformed cells; expected it without --pos")
-    for name, one in (("cells", cells), ("soft", soft), ("profile", profile), ("pos", pos), ("realisations", realisations > 1)):
-        if hematocrit == 0 and one:
-            raise InputError(f"{name}: a hematocrit of 0 makes a case of plasma alone; expected no {name}")
+    for name in ("cells", "platelets", "soft", "profile", "pos", "realisations"):
+        if hematocrit == 0 and given[name] and given[name] != inspect.signature(new_case).parameters[name].default:
+            raise InputError(f"{name}: is for cases with cells; a hematocrit of 0 makes a case of plasma alone")
     vessel = vessel_of(given["surface"], given["cut"])
-    factor, unit, unit_text = microns(vessel, unit, diameter)
-    drive, roles = _roles(vessel, drive, inlet, given["close"], mirror)
+    factor, unit, unit_text = microns(vessel, unit, given["diameter"])
+    drive, roles = _roles(vessel, drive, given["inlet"], given["close"], mirror)
     kinds = cells_of(given["cells"], platelets if hematocrit else 0, dx)
     first = vessel.ends[roles.index("inlet" if drive == "inlet" else "periodic")].diameter * factor
-    flow = _flow_of(first, velocity, shear_rate, reynolds)
+    flow = _flow_of(first, *(given[name] for name in ("velocity", "shear_rate", "reynolds")))
     fastest = _FASTEST / (2 * _DT * dx * 1e-6)  # on the axis twice the mean [m/s]
     if flow.velocity > fastest:
         raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
                          f"at a dx of {dx:g} µm: set a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
-    shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
+    shape = _shape_of(vessel, factor, dx, roles, given["extend"], mirror, _envelope_of(flow.stress, kinds, dx))
     if drive == "periodic":
         flow = _driven(flow, first, shape)
     else:
         flow = dataclasses.replace(flow, stress=max(flow.stress, _stress_of(flow, first, resistance_of(shape))))
-        shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
+        shape = _shape_of(vessel, factor, dx, roles, given["extend"], mirror, _envelope_of(flow.stress, kinds, dx))
     most = _module().largest_stress
     if flow.stress > most:
         logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "

@@ -305,12 +305,12 @@ class Packing(CellPacking):
         undeformed: formats that hold poses, which refuse deformed cells, hold them undeformed, with a warning how many of these overlap
         """
         formats = [plain("export", str(one)) for one in listed("export", export, str)]
-        name = file_name("folder", folder, "a folder")
+        name, undeformed = file_name("folder", folder, "a folder"), flag("undeformed", undeformed)
         if not formats:
             written = self._held.write(name, [])
             self._tell_left_out(written, not written)
             return written
-        with self._exports(name, formats, flag("undeformed", undeformed)) as (names, write):
+        with self._exports(name, formats, undeformed) as (names, write):
             written = self._held.write(name, names)
             self._tell_left_out(written, False)
             return written + write()

@@ -20,18 +20,18 @@ from .errors import InputError
 class Stored:
     """The content of a state file.
 
-    path: where it was, for the files that its request names; empty: it was never there
+    path: where it was, for the files that its request names
     """
 
     content: bytes
-    path: str = ""
+    path: str
 
     @classmethod
     def saved_by(cls, save: Callable[[str], None]) -> "Stored":
         with tempfile.TemporaryDirectory(prefix="packmesh-") as folder:
             state = os.path.join(folder, "packing.h5")
             save(state)
-            return cls(pathlib.Path(state).read_bytes())
+            return cls(pathlib.Path(state).read_bytes(), state)
 
     def unpack(self, folder: str) -> str:
         """Writes the state to a folder. Returns its name"""
@@ -42,7 +42,7 @@ class Stored:
     def write(self, state: str) -> None:
         """Writes the same packing under this name. Raises OutputError"""
         same_folder = os.path.dirname(self.path) == os.path.dirname(os.path.abspath(state))
-        files.write(state, [self.content if same_folder or not self.path else _moved(self.content, os.path.dirname(self.path))])
+        files.write(state, [self.content if same_folder else _moved(self.content, os.path.dirname(self.path))])
 
 
 class StateFile:
@@ -69,6 +69,8 @@ class StateFile:
     def write(self, state: str) -> None:
         """Raises InputError if it is another file by now, OutputError"""
         self.read().write(state)
+        if os.path.realpath(state) == os.path.realpath(self.path):
+            self._version = self._found()
 
 
 def _moved(content: bytes, folder: str) -> bytes:
@@ -86,7 +88,7 @@ def _moved(content: bytes, folder: str) -> bytes:
             return {key: whole(value) for key, value in json_.items()}
         name = json_["beside"]
         if isinstance(name, str):
-            return os.path.join(folder, name)
+            return os.path.normpath(os.path.join(folder, name))
         return {"bytes": [*os.fsencode(os.path.join(folder, "")), *name["bytes"]]}  # no UTF-8
 
     with h5py.File(io.BytesIO(content), "r") as file:

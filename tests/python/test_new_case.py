@@ -816,6 +816,17 @@ def test_cells_that_hemocell_cannot_simulate_are_refused(tube, tmp_path):
         packmesh.new_case(tube, cells={config / "PLT_m.xml": 0.1})
 
 
+@pytest.mark.parametrize("link", ["0 642", "0 9999", "3 3", "-1 3", "1 2 3", "x y", ""])
+def test_links_of_vertices_that_a_cell_does_not_have(link, tube, tmp_path):
+    """HemoCell reads them out of bounds, whatever the model of the cell."""
+    (tmp_path / "RBC.xml").write_text(RED.replace("> 200", "> 600").replace("<radius>", f"<InnerEdges><Edge> 0 641 </Edge><Edge> {link} </Edge></InnerEdges><radius>"))
+    with pytest.raises(packmesh.InputError, match=f"RBC.xml: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to 641"):
+        packmesh.new_case(tube, cells={tmp_path / "RBC.xml": None})
+    (tmp_path / "WBC.xml").write_text((SOURCE / "config/WBC.xml").read_text().replace("<minNumTriangles> 600", "<minNumTriangles> 200"))
+    with pytest.raises(packmesh.InputError, match="vertices from 0 to 161"):
+        packmesh.new_case(tube, dx=1, cells={tmp_path / "WBC.xml": 0.01})
+
+
 @pytest.mark.parametrize("drive", ["periodic", "inlet"])
 def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube, tmp_path):
     """As many as the fluid nodes hold, as the plug-in counts; of .pos files, those of the surface."""
@@ -837,9 +848,10 @@ def test_plasma_alone(drive, tube, tmp_path):
     assert not any(word in text for text in texts.values() for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "#@", "//@"))
     assert "--hematocrit 0" in texts["README.md"] and texts["README.md"].startswith("# Plasma in tube.stl\n")
     assert case.flow_rate == pytest.approx(case.velocity * 1e3 * np.pi / 4 * case.ends[0]["diameter"]**2)
-    for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
-        with pytest.raises(packmesh.InputError, match="makes a case of plasma alone; expected no "):
+    for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"platelets": 0.1}, {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
+        with pytest.raises(packmesh.InputError, match=f"^{next(iter(more))}: .* makes a case of plasma alone$"):
             packmesh.new_case(tube, hematocrit=0, **more)
+    assert packmesh.new_case(tube, hematocrit=0, platelets=0).counts == {}
 
 
 @pytest.mark.long
@@ -924,10 +936,22 @@ def test_a_hangup_interrupts_a_command():
     ("diameter", 0), ("diameter", float("nan")), ("unit", "parsec"), ("drive", "wind"), ("dx", "0.5"), ("dx", None), ("dx", 9), ("close", 3), ("close", [1.5]),
     ("soft", "auto"), ("hematocrit", "x"), ("hematocrit", 1), ("hematocrit", True), ("seed", 1.5), ("seed", -1), ("realisations", 1.5), ("realisations", 0),
     ("velocity", 0), ("velocity", 1e7), ("cut", 3), ("cut", [3]), ("cut", [(0, 0, 0, 0, 0, 0)]), ("cut", [(0, 0, "x", 1, 0, 0)]), ("cells", ["WBC.xml"]),
-    ("cells", {"WBC.xml": -1}), ("profile", "flat"), ("mirror", 2), ("inlet", 0), ("folder", 3)])
+    ("cells", {"WBC.xml": -1}), ("profile", "flat"), ("mirror", 2), ("inlet", 0), ("folder", 3),
+    ("time", 10**400), pytest.param("time", 10**5000, id="huge"), ("dx", np.array([0.5])), ("unit", np.array(["mm", "um"])), ("seed", 2**63), ("cells", np.ones(2)), ("mirror", np.ones(2)),
+    ("cut", [(0, 0, 10**400, 1, 0, 0)])])
 def test_arguments_are_examined_as_by_the_command(name, value, tube):
     with pytest.raises(packmesh.InputError, match=f"^{name}: "):
         packmesh.new_case(tube, **{"unit": "um", "hematocrit": 0, name: value})
+
+
+def test_arguments_may_be_of_numpy(tube, tmp_path):
+    """The command in README.md is the same."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        packmesh.new_case(tube, tmp_path / "case", unit=np.str_("um"), hematocrit=np.float64(0.2), dx=np.float64(1), seed=np.int64(4), soft=np.True_, close=np.array([], int))
+    assert "--hematocrit 0.2 --seed 4 --soft --unit um --dx 1.0\n" in (tmp_path / "case/README.md").read_text()
+    with pytest.raises(packmesh.InputError, match="^seed: the seed of the last realisation is above 9223372036854775807"):
+        packmesh.new_case(tube, seed=2**63 - 2, realisations=3)
 
 
 @pytest.mark.long
@@ -938,16 +962,17 @@ def test_the_unit_is_a_unit(tube):
 
 @pytest.mark.long
 def test_two_cases_in_one_tree(tube, tmp_path):
-    """Their targets have the names of their folders, their programs the place that README.md names."""
-    for name in ("one", "two-2"):
+    """Their targets have the names of their folders in it, their programs the place that README.md names."""
+    names = ("one/case", "two/case", "two case", "two_case")
+    for name in names:
         packmesh.new_case(tube, tmp_path / name, hematocrit=0)
     (tmp_path / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.16)\nproject(tree CXX)\nset(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_SOURCE_DIR})\n"
-                                             "add_library(hemocell INTERFACE)\nadd_subdirectory(one)\nadd_subdirectory(two-2)\n")
+                                             "add_library(hemocell INTERFACE)\n" + "".join(f'add_subdirectory("{name}")\n' for name in names))
     subprocess.run(["cmake", "-S", tmp_path, "-B", tmp_path / "build"], check=True, capture_output=True)
     made = subprocess.run(["cmake", "--build", tmp_path / "build", "--target", "help"], check=True, capture_output=True, text=True).stdout
-    assert "case_one" in made and "case_two_2" in made
+    assert len(set(re.findall(r"\bcase_\w+", made))) == 4 and all(f" {name}\n" in made for name in ("case_one_case", "case_two_case"))
     rules = "".join(file.read_text() for file in tmp_path.glob("build/**/link.txt"))
-    assert "one/build/case" in rules and "two-2/build/case" in rules
+    assert all(f"{name}/build/case" in rules for name in names)
 
 
 @pytest.mark.long
@@ -957,7 +982,13 @@ def test_coarse_lattices_have_coarse_cells(tube, tmp_path, caplog):
     assert any("RBC: 162 vertices" in line for line in case.text) and "<minNumTriangles> 200 " in (tmp_path / "case/RBC.xml").read_text()
     assert not caplog.text and len(packmesh._packmesh.cell_template("RBC", str(tmp_path / "case"), 1)[0]) == 162
     packmesh.new_case(tube, dx=1, hematocrit=0.2, cells={SOURCE / "config/RBC.xml": None})
-    assert "a membrane of 642 vertices is finer than a lattice with a dx of 1 µm" in caplog.text
+    assert "a membrane of 642 vertices is finer than a lattice with a dx of 1 µm" in caplog.text and caplog.text.endswith("set <minNumTriangles> to 200\n")
+    write_stl(tmp_path / "ball.stl", *sphere(3))
+    (tmp_path / "Ball.xml").write_text(RED.replace("<radius>", "<StlFile> ball.stl </StlFile><radius>"))
+    for cell, advice in ((SOURCE / "config/WBC.xml", "set <minNumTriangles> to 200, and in <InnerEdges> the links of its vertices"), (tmp_path / "Ball.xml", "give a coarser <StlFile>")):
+        caplog.clear()
+        packmesh.new_case(tube, dx=1, hematocrit=0.2, cells={cell: 0.01})
+        assert "vertices is finer" in caplog.text and caplog.text.endswith(advice + "\n")
 
 
 def test_the_end_of_a_run_is_a_checkpoint():

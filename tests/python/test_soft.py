@@ -192,13 +192,16 @@ def test_packing_of_refuses(packing, tmp_path):
 
     moved = vertices.copy()
     moved[0] += vertices[1].mean(axis=0) - vertices[0].mean(axis=0) + 0.5
-    refused({"RBC": moved}, "fixed.*overlap")
+    refused({"RBC": moved}, "^cell 1 of 'RBC' and cell 2 of 'RBC', which stay where they are, overlap each other$")
     refused({"RBC": vertices[:, ::-1]}, "inside out|intersect")
     crossed = vertices.copy()
     crossed[2, 0] += 2 * (crossed[2].mean(axis=0) - crossed[2, 0])
     refused({"RBC": crossed}, "intersects itself")
-    refused({"RBC": vertices[:, 1:]}, r'fixed\["RBC"\]: expected vertices of shape \(n, 642, 3\), in the order of the template, found \(9, 641, 3\)')
-    refused({"RBC": vertices * np.nan}, "expected finite numbers")
+    refused({"RBC": vertices[:, 1:]}, r"^the cells 'RBC': expected vertices of shape \(n, 642, 3\), in the order of the template, found \(9, 641, 3\)$")
+    for values in (vertices * np.nan, vertices + 1j, vertices.astype(str)):
+        refused({"RBC": values}, "^the cells 'RBC': expected finite numbers$")
+    refused({"RBC": np.full((1, 6), np.nan)}, "^cells: the cells 'RBC': row 0: expected finite numbers$")
+    refused({"RBC": None}, r"^the cells 'RBC': expected an array of shape \(n, 6\)$")
     refused({"RBC": vertices, "PLT": np.zeros((1, 6))}, "of all kinds of cells")
     refused({"XYZ": vertices}, "XYZ")
     refused({"RBC": [[1, 2], [3]]}, "the cells 'RBC': expected an array of shape")

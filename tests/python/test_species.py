@@ -5,6 +5,7 @@ import copy
 import dataclasses
 import io
 import multiprocessing
+import os
 import pickle
 import shutil
 import sys
@@ -68,6 +69,8 @@ def test_copies(packing, tmp_path):
     again = pickle.loads(pickle.dumps(packing))
     require_same(again, packing)
     require_same(pickle.loads(pickle.dumps(again)), packing)  # of a copy
+    with pytest.raises(packmesh.InputError, match="^undeformed: expected True or False"):
+        packing.write_pos(tmp_path, undeformed="no")
     again.save(tmp_path / "cells.h5")
     loaded = packmesh.load(tmp_path / "cells.h5")
     require_same(pickle.loads(pickle.dumps(loaded)), packing)  # of a file
@@ -96,6 +99,33 @@ def test_copies_of_packings_with_arrays(tube, tmp_path):
     shutil.rmtree(tmp_path / "kept")
     with pytest.raises(packmesh.InputError, match="tube.off"):
         pickle.loads(contents).check()
+
+
+def test_a_loaded_packing_is_saved_over_its_file(packing, tmp_path):
+    packing.save(tmp_path / "copy.h5")
+    loaded = packmesh.load(tmp_path / "copy.h5")
+    for name in ("copy.h5", "other.h5", "copy.h5"):
+        loaded.save(tmp_path / name)
+    assert (tmp_path / "other.h5").read_bytes() == (tmp_path / "copy.h5").read_bytes()
+    require_same(pickle.loads(pickle.dumps(loaded)), packing)
+
+
+def test_a_state_of_files_that_were_named_from_the_working_directory(tube, tmp_path, monkeypatch):
+    (tmp_path / "A").mkdir()
+    (tmp_path / "B").mkdir()
+    write_off(tmp_path / "A/v.off", *tube)
+    monkeypatch.chdir(tmp_path / "A")
+    packing = packmesh.pack(vessel="v.off", hematocrit=0.1, state="s.h5")
+    packing.save("t.h5")
+    contents = pickle.dumps(packing)
+    packmesh.load("s.h5").save("../B/z.h5")
+    monkeypatch.chdir(tmp_path)
+    packing.save("B/x.h5")
+    assert all(packmesh.load(name).check().clean for name in ("A/s.h5", "A/t.h5", "B/x.h5", "B/z.h5")) and pickle.loads(contents).check().clean
+    pickle.loads(contents).save("B/y.h5")
+    assert packmesh.load("B/y.h5").check().clean
+    os.rename("A", "C")
+    assert packmesh.load("C/s.h5").check().clean
 
 
 def test_a_packing_of_several_ranks_is_not_pickled(packing):

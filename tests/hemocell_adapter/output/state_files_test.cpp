@@ -45,6 +45,22 @@ TEST_CASE("Files in the folder of a state are found where the state is") {
   CHECK(findSpecies(moved, "PLT")->fixed->string() == "/a & b/runs/PLT.pos");
 }
 
+TEST_CASE("Files that were named from the working directory are found where the state is") {
+  const Request request = parseCommandLine("packMesh", {"case/config.xml", "--vessel", "v.stl", "1e6",
+                                                        "--start", "case/RBC.pos", "--profile", "developed"})
+                              .request;
+  const StateRecord record = recordOf(request, "case/s.h5");
+  CHECK_THAT(record.request, Contains(R"({"beside":"config.xml"})") && Contains(R"({"beside":"../v.stl"})") &&
+                                 Contains(R"("profile":"developed")"));
+  const Request moved = requestIn(record, "/new/case/s.h5");
+  CHECK(moved.config == "/new/case/config.xml");
+  CHECK(moved.container->lumen->file.string() == "/new/v.stl");
+  CHECK(findSpecies(moved, "RBC")->start->string() == "/new/case/RBC.pos");
+  CHECK_THAT(recordOf(request, "s.h5").request, Contains(R"({"beside":"v.stl"})"));
+  const StateRecord earlier{R"({"container":{"lumen":{"kind":"mesh","file":"v.stl"}}})", {}, ""};  // 1.2
+  CHECK(requestIn(earlier, "/new/case/s.h5").container->lumen->file.string() == "v.stl");
+}
+
 TEST_CASE("Numbers that were given are in the record of a state") {
   const auto given = std::make_shared<MemoryInput>(
       MemoryInput{"vessel", heading("vessel"), {{"vertices", 3, {0, 0, 1, 2, 3, 4}}}});

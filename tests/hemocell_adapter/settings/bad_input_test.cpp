@@ -59,7 +59,7 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"50 50 50 --rbc 60 --clearance 20", 2, "60 cells 20 µm apart need a lumen larger than"},
       {"config.xml --rbc 9 --clearance 50", 2, "9 cells 50 µm apart need a lumen larger than"},
       {"50 50 50 --rbc 1 --noRotate --orient RBC 0 0 1 20", 2, "keeps every orientation at 0 0 0"},
-      {"15 15 15 --rbc 1 --walls z --cell-free-layer 2 --fixed near/RBC.pos", 2, "is fixed, but",
+      {"15 15 15 --rbc 1 --walls z --cell-free-layer 2 --fixed near/RBC.pos", 2, "which stays where it is, ",
        [](const fs::path& folder) {
          fs::create_directories(folder / "near");
          writeText(folder / "near/RBC.pos", rbcPos("7 7 2.5 90 0 0\n", 1));

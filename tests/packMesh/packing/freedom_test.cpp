@@ -125,11 +125,12 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   species.start = {Pose{1.0, Quaternion::Identity(), Vec3(5, 5, 5)}};
   CHECK_THROWS_WITH(pack(problem), Contains("each of its cells needs an initial pose"));
   species.start.push_back(Pose{1.0, Quaternion::Identity(), Vec3(6, 5, 5)});
-  CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap"));
+  CHECK_THROWS_WITH(pack(problem),
+                    Contains("cell 1 of 'WBC' and cell 2 of 'WBC', which stay where they are, overlap"));
   species.start[1].position = Vec3(5, 14, 5);
   CHECK(pack(problem).cellCount == 2);
   problem.physics.container = makeSphere(Vec3(5, 5, 5), 10.0);
-  CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC' is fixed, but"));
+  CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC', which stays where it is,"));
   species.start[1].position.x() = std::nan("");
   CHECK_THROWS_AS(pack(problem), InputError);
 }
