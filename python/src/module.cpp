@@ -39,7 +39,6 @@
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/union_find.h"
 #include "packMesh/packing/state_file.h"
-#include "run_analysis.h"
 
 namespace py = pybind11;
 using namespace packmesh;
