@@ -193,14 +193,17 @@ class CheckReport {
       auto same = std::find_if(factors.begin(), factors.end(),
                                [&](const auto& one) { return one.first.factor == found->factor; });
       if (same == factors.end()) same = factors.insert(same, {*found, {}});
-      same->second.push_back(problem_.species[s].name + ".pos");
+      const CellSpecies& species = problem_.species[s];
+      same->second.push_back(isState(species.startFrom)
+                                 ? fmt::format("{} of {}", species.name, species.startFrom)
+                                 : species.name + ".pos");
     }
     if (factors.empty())
       if (const auto found = factorOf([](int) { return true; })) factors.push_back({*found, {"all files"}});
     for (const auto& [factor, files] : factors)
       log::warning(
           fmt::format("with the positions of {} times {:.6g} the cells would lie in the lumen: perhaps {}; "
-                      ".pos files are in µm",
+                      "files of cells are in µm",
                       fmt::join(files, " and "), factor.factor, factor.cause));
   }
 

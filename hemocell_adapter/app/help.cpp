@@ -234,8 +234,8 @@ std::string referenceText() {
   out +=
       "\n<container>: a custom lumen, in µm of the .pos files, for cases that build theirs in C++. At most\n"
       "one of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they\n"
-      "may overlap), then <nodes> nx ny nz </nodes>, the size of the lattice, if <domain> does not define\n"
-      "it.\n";
+      "may overlap), then <nodes> nx ny nz </nodes>, the size of the lattice: needed if <domain> does not\n"
+      "define it, and taken instead of what <domain> has.\n";
   addBodies(false);
   return out;
 }

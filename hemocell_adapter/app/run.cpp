@@ -246,6 +246,9 @@ bool write(const Packing& packing) {
   logSummary(packing);
   if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
+  if (packing.state && stateWritten)
+    log::info(fmt::format("Wrote {0} ({1} cells; load it by packmesh::loadParticles(hemocell, \"{0}\"))",
+                          packing.output.stateFile->string(), packing.cellCount));
   warnOfStaleFiles(*packing.problem, packing.output);
   writeViews(packing);
   return stateWritten;

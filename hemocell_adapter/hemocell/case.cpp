@@ -285,8 +285,25 @@ std::optional<std::array<int, 3>> boxNodes(const XMLElement& domain, const fs::p
   return {};
 }
 
+/// `<wallShearStress>`, a tag of packMesh beside HemoCell's: the largest stress that the case expects [Pa].
+std::optional<double> wallShearStress(const XMLElement& domain, const fs::path& file) {
+  if (!onlyChild(domain, "wallShearStress", file)) return {};
+  return std::get<double>(required(domain, "wallShearStress", specs::number("", "Pa", 0, true, 1e6), file));
+}
+
+/// HemoCell: constantConversion.cpp.
+void readThermalEnergy(const XMLElement& domain, const fs::path& file, Domain& result) {
+  const XMLElement* element = onlyChild(domain, "kBT", file);
+  if (!element) return;
+  // From 7 K to 7,000 K: others are probably in a wrong unit.
+  ValueSpec energy = specs::number("", "J; 4.1e-21 is that at 297 K", 1e-22, false, 1e-19);
+  result.thermalEnergy = pnMicrometresPerJoule * std::get<double>(valueOf(*element, energy, file));
+  result.thermalEnergyWhere = placeOf(*element, file);
+}
+
 Domain readDomain(const XMLElement& domain, const fs::path& file) {
   Domain result;
+  readThermalEnergy(domain, file, result);
   constexpr double micrometresPerMetre = 1e6;
   // A spacing of 100 µm or more is probably in a wrong unit.
   const ValueSpec spacing = specs::number("", "m; 5e-7 is 0.5 µm", 0, true, 1e-4);
@@ -303,14 +320,9 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
     result.particleEnvelope = nodesIn(domain, "particleEnvelope", 0, file);
     result.particleEnvelopeWhere = placeOf(*envelope, file);
   }
+  result.wallShearStress = wallShearStress(domain, file);
   result.boxNodes = boxNodes(domain, file);
-  if (!result.geometry && !result.boxNodes) {
-    if (!domain.FirstChildElement("refDirN")) {
-      throw InputError(
-          fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
-                      "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown",
-                      placeOf(domain, file)));
-    }
+  if (!result.geometry && !result.boxNodes && domain.FirstChildElement("refDirN")) {
     const int n = nodesIn(domain, "refDirN", 1, file);
     result.boxNodes = {n, n, n};
   }
@@ -377,6 +389,12 @@ Case readCase(const fs::path& file) {
   StrayPacking search(file);
   document.Accept(&search);
   takePacking(*root, result);
+  const std::optional<ContainerRequest>& container = result.packing.container;
+  if (!result.domain.geometry && !result.domain.boxNodes && !(container && container->nodes))
+    throw InputError(
+        fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
+                    "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown. <container><nodes> can give it",
+                    placeOf(*domain, file)));
   result.source = readCaseSource(result.folder);
   return result;
 }
@@ -392,6 +410,10 @@ Case packingSectionOf(const std::string& text) {
   if (!root || std::string(root->Name()) == "Checkpoint") return result;
   if (!file) result.file = "the XML that HemoCell has read";
   takePacking(*root, result);
+  if (const XMLElement* domain = root->FirstChildElement("domain")) {
+    result.domain.wallShearStress = wallShearStress(*domain, result.file);
+    readThermalEnergy(*domain, result.file, result.domain);
+  }
   result.file = file.value_or("config.xml");
   return result;
 }

@@ -70,16 +70,21 @@ void scanSource(const std::string& text, const std::string& file, CaseSource& so
 /// line, or config.xml; empty if none has.
 std::optional<std::filesystem::path> runningCaseFile(const tinyxml2::XMLDocument& document);
 
-/// `<domain>`: the data that determine the lattice.
+constexpr double pnMicrometresPerJoule = 1e18;
+
+/// `<domain>`: the data that determine the lattice, and the unit of energy of membranes.
 struct Domain {
   double dx = 0.0;                                ///< [µm]
   std::string dxWhere;                            ///< "config.xml:32: <dx>"
   std::optional<std::filesystem::path> geometry;  ///< STL file, relative to the working directory or absolute
   std::string geometryWhere;                      ///< "config.xml:31: <geometry>"
   int refDir = 0, refDirN = 0;                    ///< only with a geometry
-  std::optional<std::array<int, 3>> boxNodes;     ///< only without a geometry
+  std::optional<std::array<int, 3>> boxNodes;     ///< only without a geometry; or <container> has nodes
   std::optional<int> particleEnvelope;            ///< [nodes]
   std::string particleEnvelopeWhere;              ///< "config.xml:33: <particleEnvelope>"
+  std::optional<double> wallShearStress;          ///< the largest that the case expects [Pa]
+  std::optional<double> thermalEnergy;  ///< `<kBT>`: forces of membranes are proportional to it [pN µm]
+  std::string thermalEnergyWhere;       ///< "config.xml:34: <kBT>"
   std::optional<std::array<int, 3>> smallestBlock;  ///< of a running HemoCell: least nodes along each axis
 };
 
@@ -123,8 +128,8 @@ struct Case {
 /// @throws InputError with file, line, tag, value and what was expected
 Case readCase(const std::filesystem::path& file);
 
-/// Only what config.xml says about packing: its `<packing>` section, read as strictly. For a running
-/// HemoCell, which has read the rest.
+/// Only what config.xml says about packing: its `<packing>` section and `<kBT>`, read as strictly. For a
+/// running HemoCell, which has read the rest.
 /// @param text the XML, each tag in the line that it has in the file; the root is `<hemocell>`, or
 /// `<Checkpoint>` around it: `<packing>` is not read then, as HemoCell does not write attributes to its
 /// checkpoints

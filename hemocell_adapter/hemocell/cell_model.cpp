@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <sstream>
 
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/base/xml_tags.h"
@@ -63,6 +64,21 @@ class MaterialModel {
   std::optional<int> integer(const char* tag, const char* expected) const {
     return parsed<int>(tag, expected, [](int) { return true; });
   }
+  /// Pairs of different numbers from 0 on, in the elements inside of one; none without it.
+  std::vector<std::array<int, 2>> pairs(const char* tag, const char* expected) const {
+    std::vector<std::array<int, 2>> all;
+    const tinyxml2::XMLElement* const list = element_->FirstChildElement(tag);
+    const auto* one = list ? list->FirstChildElement() : nullptr;
+    for (; one; one = one->NextSiblingElement()) {
+      std::istringstream text(textOf(*one));
+      std::array<int, 2> pair{};
+      std::string more;
+      if (!(text >> pair[0] >> pair[1]) || text >> more || pair[0] < 0 || pair[1] < 0 || pair[0] == pair[1])
+        fail(*one, fmt::format("<{}> '{}', expected {}", one->Name(), trimmed(textOf(*one)), expected));
+      all.push_back(pair);
+    }
+    return all;
+  }
 
  private:
   /// Throws for a malformed number, which HemoCell would read as 0.
@@ -83,8 +99,55 @@ class MaterialModel {
   const tinyxml2::XMLElement* element_ = nullptr;
 };
 
-StatedMembrane readMembrane(const MaterialModel& material) {
+MembraneModel modelOf(const std::string& name) {
+  if (startsWith(name, "PLT")) return MembraneModel::platelet;
+  if (startsWith(name, "WBC")) return MembraneModel::whiteCell;
+  return MembraneModel::highOrder;
+}
+
+/// A number that HemoCell's model of white cells reads; those of a file without it are computed by another
+/// one.
+/// @param unit by which it is multiplied
+double ofWhiteCell(const MaterialModel& material, const char* tag, const char* expected, double unit) {
+  const std::optional<double> value = material.number(tag, expected);
+  if (value && *value < 0.0) material.failValue(tag, expected);
+  return value.value_or(0.0) * unit;
+}
+
+void readInnerLinks(const MaterialModel& material, MembraneConstants& constants) {
+  constants.innerLinks = material.pairs("InnerEdges", "two different numbers of vertices, from 0 on");
+  if (constants.model != MembraneModel::whiteCell) return;
+  constexpr const char *newtons = "a force in N that is not negative",
+                       *metres = "a length in m that is not negative";
+  constexpr double piconewtons = 1e12, micrometres = 1e6;  // in one of the unit of the file
+  constants.cytoskeleton = {ofWhiteCell(material, "kCytoskeleton", newtons, piconewtons),
+                            ofWhiteCell(material, "radius", metres, micrometres)};
+  constants.core = {ofWhiteCell(material, "kInnerRigid", newtons, piconewtons),
+                    ofWhiteCell(material, "coreRadius", metres, micrometres)};
+}
+
+/// Vertices at the same distance from the middle at opposite sides of it.
+std::vector<std::array<int, 2>> oppositeVertices(const std::vector<Vec3>& vertices) {
+  const Box box = boundingBox({vertices, {}});
+  const Vec3 twiceMiddle = box.lo + box.hi;
+  const double same = 1e-3 * box.size().maxCoeff();
+  std::vector<std::array<int, 2>> pairs;
+  for (int a = 0; a < int(vertices.size()); ++a)
+    for (int b = a + 1; b < int(vertices.size()); ++b)
+      if ((vertices[a] + vertices[b] - twiceMiddle).norm() < same) pairs.push_back({a, b});
+  return pairs;
+}
+
+/// `<InnerEdges>` of HemoCell's PLT_template.xml: 21 of the 33 pairs of opposite vertices.
+constexpr std::array<std::array<int, 2>, 21> plateletLinks = {
+    {{60, 65}, {62, 64}, {37, 42}, {54, 56}, {34, 40}, {25, 46}, {50, 59},
+     {29, 47}, {61, 63}, {26, 45}, {33, 43}, {27, 35}, {32, 39}, {49, 51},
+     {0, 4},   {48, 52}, {6, 10},  {53, 55}, {19, 21}, {57, 58}, {15, 13}}};
+constexpr std::size_t plateletVertices = 66;
+
+StatedMembrane readMembrane(const MaterialModel& material, const std::string& name) {
   MembraneConstants constants;
+  constants.model = modelOf(name);
   StatedMembrane membrane;
   int stated = 0;
   for (const auto& [tag, constant] : {std::pair{"kLink", &MembraneConstants::link},
@@ -99,23 +162,34 @@ StatedMembrane readMembrane(const MaterialModel& material) {
     constants.*constant = value.value_or(0.0);
   }
   if (stated == 0) return {};
+  if (constants.model != MembraneModel::highOrder) readInnerLinks(material, constants);
   membrane.constants = constants;
   return membrane;
 }
 
 }  // namespace
 
-StatedMembrane readMembrane(const std::filesystem::path& file) {
-  return readMembrane(MaterialModel(file));
+StatedMembrane readMembrane(const std::filesystem::path& file, const std::string& name) {
+  return readMembrane(MaterialModel(file), name);
 }
 
-MembraneConstants defaultMembrane(const std::string& name) {
+MembraneConstants defaultMembrane(const std::string& name, const TriangleMesh& mesh) {
   MembraneConstants constants;
+  constants.model = modelOf(name);
   const auto set = [&](double link, double bend, double volume, double area) {
     constants.link = link, constants.bend = bend, constants.volume = volume, constants.area = area;
   };
-  if (startsWith(name, "PLT")) set(25.0, 250.0, 100.0, 8.0);
-  if (startsWith(name, "WBC")) set(60.0, 200.0, 20.0, 20.0);
+  if (constants.model == MembraneModel::platelet) {
+    set(25.0, 250.0, 100.0, 8.0);
+    if (mesh.vertices.size() == plateletVertices)
+      constants.innerLinks.assign(plateletLinks.begin(), plateletLinks.end());
+  }
+  if (constants.model == MembraneModel::whiteCell) {
+    set(60.0, 200.0, 20.0, 20.0);
+    constants.cytoskeleton = {6.40625e-3, 4.0};
+    constants.core = {6.40625, 2.5};
+    constants.innerLinks = oppositeVertices(mesh.vertices);
+  }
   return constants;
 }
 
@@ -186,7 +260,7 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
   model.hemocellVolume = material.number("Volume", volumeExpected);
   if (model.hemocellVolume && !(*model.hemocellVolume > 0.0)) material.failValue("Volume", volumeExpected);
 
-  model.membrane = readMembrane(material);
+  model.membrane = readMembrane(material, name);
 
   if (*construction == Construction::meshFromStl) {
     constexpr const char* stlExpected = "the name of an STL file";

@@ -16,7 +16,8 @@
 
 namespace packmesh::hemocell {
 
-/// `<kLink>`, `<kBend>`, `<kVolume>` and `<kArea>` of `<Cell>.xml`.
+/// `<kLink>`, `<kBend>`, `<kVolume>` and `<kArea>` of `<Cell>.xml`; of platelets and white cells
+/// `<InnerEdges>`, and of the latter `<kInnerRigid>`, `<kCytoskeleton>`, `<coreRadius>` and `<radius>`.
 struct StatedMembrane {
   std::optional<MembraneConstants> constants;  ///< empty: there are none
   std::vector<std::string> missing;            ///< tags of some, if there are others
@@ -34,11 +35,14 @@ struct CellModel {
   StatedMembrane membrane;
 };
 
+/// @param name of the cell, which says by what model HemoCell's cases compute its forces: PltSimpleModel of
+/// PLT*, WbcHighOrderModel of WBC*, otherwise RbcHighOrderModel
 /// @throws InputError with file, line, tag, value and what was expected
-StatedMembrane readMembrane(const std::filesystem::path& file);
+StatedMembrane readMembrane(const std::filesystem::path& file, const std::string& name);
 
 /// Those of HemoCell's cell templates for cells of this name (PLT*, WBC*; others: red cells).
-MembraneConstants defaultMembrane(const std::string& name);
+/// @param mesh with the vertices that are linked through the cell
+MembraneConstants defaultMembrane(const std::string& name, const TriangleMesh& mesh = {});
 
 /// Half the thickness of RBC_FROM_SPHERE at distance r from its axis, both divided by the radius, is sqrt(1 -
 /// r²) (C0 + C2 r² + C4 r⁴) (Evans and Fung 1972, with HemoCell's coefficients).

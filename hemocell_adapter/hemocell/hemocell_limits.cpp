@@ -91,6 +91,8 @@ std::optional<std::string> envelopeWarning(const std::string& cell, double lengt
   const int weak = neededEnvelope(length, domain.dx, weakShear.allowance);
   const int strong = neededEnvelope(length, domain.dx, strongShear.allowance);
   if (envelope >= strong) return {};
+  if (domain.wallShearStress && envelope >= neededEnvelopeAt(*domain.wallShearStress, length, domain.dx))
+    return {};
   const double nodes = length / domain.dx;
   const auto tag = [](int needed) {
     return fmt::format("\n  <particleEnvelope> {} </particleEnvelope>", needed);

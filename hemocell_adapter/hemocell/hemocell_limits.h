@@ -44,8 +44,8 @@ int neededEnvelopeAt(double wallShearStress, double length, double dx);
 /// @param length its longest extent at rest [µm]
 /// @param lattice nodes along each axis, if known
 /// @return the tag to set, for weak and for strong shear, and how many blocks it leaves room for; what to do
-/// where the lattice is too short for it; empty if the present one is as recommended for strong shear, or is
-/// not given
+/// where the lattice is too short for it; empty if the present one is as recommended for the stress that the
+/// case expects, or without one for strong shear, or is not given
 std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
                                            const std::optional<std::array<int, 3>>& lattice);
 

@@ -168,6 +168,7 @@ constexpr int extraNodes = 3;
 struct Crossing {
   std::int64_t row;
   double x;
+  int winding;  ///< change of the number of times that the surface encloses a point, towards +x
   bool operator<(const Crossing& other) const { return row != other.row ? row < other.row : x < other.x; }
 };
 
@@ -183,6 +184,7 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
   std::vector<Crossing> crossings;
   for (const Triangle& t : surface.triangles) {
     const Vec3 *a = &surface.vertices[t[0]], *b = &surface.vertices[t[1]], *c = &surface.vertices[t[2]];
+    const int winding = (*b - *a).cross(*c - *a).x() < 0.0 ? 1 : -1;
     const Planes planes(std::min({a->z(), b->z(), c->z()}), std::max({a->z(), b->z(), c->z()}), nz - 1);
     for (int k = planes.first; k <= planes.last; ++k) {
       // The intersection of the triangle with the plane z = k: the two points where its edges cross. Both
@@ -202,7 +204,7 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
       for (int j = rows.first; j <= rows.last; ++j)
         if ((p.y() < j) != (q.y() < j))
           crossings.push_back(
-              {j + std::int64_t(ny) * k, p.x() + (j - p.y()) / (q.y() - p.y()) * (q.x() - p.x())});
+              {j + std::int64_t(ny) * k, p.x() + (j - p.y()) / (q.y() - p.y()) * (q.x() - p.x()), winding});
     }
   }
   return crossings;
@@ -263,6 +265,22 @@ void fillInside(Lattice& lattice, const TriangleMesh& surface) {
     lattice.setFluid(static_cast<int>(first), static_cast<int>(last), static_cast<int>(crossings[c].row % ny),
                      static_cast<int>(crossings[c].row / ny), true);
   }
+}
+
+double enclosedVolume(const TriangleMesh& surface) {
+  const Vec3 highest = boundingBox(surface).hi.array().ceil();
+  std::vector<Crossing> crossings = crossingsOf(surface, int(highest.y()) + 1, int(highest.z()) + 1);
+  std::sort(crossings.begin(), crossings.end());
+  double volume = 0.0;
+  int times = 0;
+  for (std::size_t c = 0; c + 1 < crossings.size(); ++c) {
+    times += crossings[c].winding;
+    if (crossings[c + 1].row == crossings[c].row)
+      volume += std::abs(times) * (crossings[c + 1].x - crossings[c].x);
+    else
+      times = 0;  // it is, up to rounding
+  }
+  return volume;
 }
 
 bool isFilledByParity(const TriangleMesh& mesh) {

@@ -105,6 +105,10 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
 /// number of triangles, in any orientation.
 bool isFilledByParity(const TriangleMesh& mesh);
 
+/// What a closed surface encloses, given in lattice units; as often as it does, in whatever sense it winds
+/// around it. Along the rows of nodes: exact along x [nodes³].
+double enclosedVolume(const TriangleMesh& surface);
+
 /// Marks the nodes inside or on a closed surface, given in lattice units, as fluid; the others are unchanged.
 /// Every ray along x crosses the surface an even number of times, even through edges and vertices. Pre:
 /// closed.

@@ -70,6 +70,10 @@ PosLine posLineOf(const Pose& pose) {
   return line;
 }
 
+PosLine lineOf(const Cell& cell) {
+  return cell.angles.allFinite() ? PosLine{cell.pose.position, cell.angles} : posLineOf(cell.pose);
+}
+
 std::string formatPosHead(std::int64_t count) {
   return std::to_string(count) + '\n';
 }
@@ -98,6 +102,12 @@ std::string bitsOf(const Pose& pose) {
 
 void ReadLines::add(const PosLine& line) {
   lines_.emplace(bitsOf(poseOf(line)), line);
+}
+
+void ReadLines::add(const std::vector<Cell>& cells) {
+  for (const Cell& cell : cells)
+    if (const PosLine line = packmesh::hemocell::lineOf(cell); line.angles != posLineOf(cell.pose).angles)
+      lines_.insert_or_assign(bitsOf(cell.pose), line);
 }
 
 PosLine ReadLines::lineOf(const Pose& pose) const {
@@ -281,6 +291,11 @@ class PosReader {
     share.all = announced_;
     together(ranks_, [&] { readPieces(share); });
     together(ranks_, [&] {
+      if (found_ == 0 && announced_ > 0)
+        fail(
+            fmt::format("has the number of cells, {}, but no cells. packMesh's plug-in writes such files for "
+                        "HemoCell's restarts; the cells of its run are in the output folder (packmesh run)",
+                        announced_));
       if (found_ < announced_)
         fail(fmt::format("announces {} cells, but {} follow: HemoCell would invent the other {}", announced_,
                          found_, announced_ - found_));

@@ -14,6 +14,7 @@
 #include "packMesh/core/pose.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/threads.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh::hemocell {
 
@@ -34,6 +35,9 @@ PosLine posLineOf(const Pose& pose);
 /// The pose represented by a line.
 Pose poseOf(const PosLine& line);
 
+/// The line of a cell of a state: with the angles that it has there.
+PosLine lineOf(const Cell& cell);
+
 /// Text of a .pos file or of a part of it, one line per cell: shortest decimal numbers that read back to the
 /// same bits, independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
 std::string formatPosLines(const std::vector<PosLine>& lines);
@@ -44,6 +48,8 @@ std::string formatPosHead(std::int64_t count);
 class ReadLines {
  public:
   void add(const PosLine& line);
+  /// The cells of a state that has other lines than those of their poses.
+  void add(const std::vector<Cell>& cells);
   /// The line that represents a pose.
   PosLine lineOf(const Pose& pose) const;
 

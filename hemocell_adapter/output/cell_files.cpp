@@ -124,13 +124,8 @@ class CellFiles {
         continue;
       }
       if (deformed_[s] > 0) {
-        log::info(fmt::format(
-            "{0}.pos is not written: it cannot have cells with meshes of their own{1}",
-            problem_.species[s].name,
-            output_.stateFile
-                ? fmt::format("; {0} has them (in the case: packmesh::loadParticles(hemocell, \"{0}\"))",
-                              output_.stateFile->string())
-                : ""));
+        log::info(fmt::format("{}.pos is not written: its cells are deformed{}", problem_.species[s].name,
+                              withState_ ? ", and are in " + output_.stateFile->string() : ""));
         old_.insert(file);
         continue;
       }

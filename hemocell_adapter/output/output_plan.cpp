@@ -103,6 +103,7 @@ OutputRequest outputsToCheck(const Request& asked, const CompletedRequest& compl
   output.povScene = asked.output.povScene;
   output.vtp = asked.output.vtp;
   output.vtpMeshes = asked.output.vtpMeshes;
+  output.undeformed = asked.output.undeformed;
   output.reportFile = asked.output.reportFile;
   output = settled(std::move(output), completed);
   if (folder) output.folder = *folder;

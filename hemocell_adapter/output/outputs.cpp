@@ -106,6 +106,7 @@ std::vector<Words> commandsFor(const OutputRequest& output, const fs::path& file
   if (!formats.empty()) {
     Words words = {"export", file.string(), "--folder", output.folder.empty() ? "." : output.folder.string()};
     for (const std::string& format : formats) words.insert(words.end(), {"--format", format});
+    if (output.undeformed) words.emplace_back("--undeformed");
     commands.push_back(words);
   }
   if (wantsPage(output))
@@ -152,6 +153,7 @@ std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest
   const auto tables = writtenWithoutCells(place, problem, counts);
   for (Words words : commandsFor(output, tables->temporary())) {
     words.emplace_back("--plan");
+    if (words.front() == "export" && problem.hasDeformed()) words.emplace_back("--deformed");
     const CommandEnd end = runPackmesh(words, interrupted);
     if (end.kind == CommandEnd::Kind::unusable) {
       warnOfMissing(output, end.message);
@@ -174,6 +176,7 @@ void convert(const Packing& packing, const CellMeasures& measures) {
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }
   onFirstRank(packing.ranks(), [&] {
+    std::string failures;  // formats that were planned, but cannot have cells that became deformed
     for (const Words& words : commandsFor(output, file->temporary())) {
       const CommandEnd end = runPackmesh(words, interrupted);
       if (end.kind == CommandEnd::Kind::unusable) {
@@ -183,8 +186,12 @@ void convert(const Packing& packing, const CellMeasures& measures) {
         return;
       }
       for (const std::string& line : end.lines) log::info(line);
-      if (end.kind != CommandEnd::Kind::done) throwAs(end);
+      if (end.kind == CommandEnd::Kind::refused)
+        failures += (failures.empty() ? "" : "; ") + end.message;
+      else if (end.kind != CommandEnd::Kind::done)
+        throwAs(end);
     }
+    if (!failures.empty()) throw OutputError(failures);
   });
 }
 

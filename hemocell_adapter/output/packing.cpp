@@ -60,16 +60,10 @@ std::vector<Deformation> deformationOfEach(const Problem& problem, const std::ve
 
 }  // namespace
 
-std::optional<Deformations> deformationsOf(const Packing& packing) {
-  const Problem& problem = *packing.problem;
-  if (!problem.hasDeformed()) return {};
-  const std::vector<Deformation> each = deformationOfEach(problem, packing.cells);
-  std::vector<Deformation> all;
-  for (std::size_t i = 0; i < each.size(); ++i)
-    if (problem.isDeformed(packing.cells[i]) && !std::isnan(each[i].force)) all.push_back(each[i]);
-  all = problem.ranks.gatherAll(all);
-  if (all.empty()) return {};
-  Deformations made;
+namespace {
+
+DeformedCells summaryOf(std::vector<Deformation> all) {
+  DeformedCells made;
   made.cells = std::int64_t(all.size());
   for (const Deformation& one : all) made.most.enlarge(one);
   for (const Quantity& quantity : quantities) {
@@ -80,6 +74,38 @@ std::optional<Deformations> deformationsOf(const Packing& packing) {
     made.median.*quantity.value = *middle.*quantity.value;
   }
   return made;
+}
+
+}  // namespace
+
+std::optional<Deformations> deformationsOf(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  if (!problem.hasDeformed()) return {};
+  const std::vector<Deformation> each = deformationOfEach(problem, packing.cells);
+  std::vector<Deformation> all;
+  std::vector<std::pair<std::string, DeformedCells>> species;
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    std::vector<Deformation> own;
+    for (std::size_t i = 0; i < each.size(); ++i)
+      if (packing.cells[i].species == int(s) && problem.isDeformed(packing.cells[i]) &&
+          !std::isnan(each[i].force))
+        own.push_back(each[i]);
+    own = problem.ranks.gatherAll(own);
+    if (own.empty()) continue;
+    all.insert(all.end(), own.begin(), own.end());
+    species.emplace_back(problem.species[s].name, summaryOf(std::move(own)));
+  }
+  if (all.empty()) return {};
+  return Deformations{summaryOf(std::move(all)), std::move(species)};
+}
+
+CellColumn angleColumn(const std::vector<BodyState>& cells, const ReadLines& read) {
+  CellColumn angles{"angles", 3, {}};
+  for (const BodyState& cell : cells) {
+    const PosLine line = read.lineOf(cell.pose());
+    angles.values.insert(angles.values.end(), line.angles.data(), line.angles.data() + 3);
+  }
+  return angles;
 }
 
 std::vector<CellColumn> deformationColumns(const Problem& problem, const std::vector<PlacedCell>& cells) {

@@ -25,6 +25,9 @@ struct RunTimes {
   double cpu = 0.0, wall = 0.0;
 };
 
+/// The angles of the .pos lines of cells, by which states give the rotations that were certified.
+CellColumn angleColumn(const std::vector<BodyState>& cells, const ReadLines& read);
+
 /// What HemoCell keeps of the cells of all ranks.
 struct Kept {
   Loading loading = Loading::posFiles;
@@ -51,11 +54,15 @@ struct Kept {
   }
 };
 
-/// How much the cells of a packing are deformed that have meshes of their own.
-struct Deformations {
+/// How much cells are deformed that have meshes of their own.
+struct DeformedCells {
   std::int64_t cells = 0;
   Deformation most;    ///< the largest of each
   Deformation median;  ///< of each over these cells
+};
+/// Those of a packing: all, and of each species that has some.
+struct Deformations : DeformedCells {
+  std::vector<std::pair<std::string, DeformedCells>> species;
 };
 
 /// Cells that were packed, continued, loaded or read to be checked, certified and counted, of which each rank

@@ -345,16 +345,27 @@ Report realisationOf(const OutputRequest& output) {
   return {{"number", i}, {"of", all}, {"previous", folder(i - 1)}, {"next", folder(i + 1)}};
 }
 
+Report reportOfDeformed(const DeformedCells& of) {
+  const auto values = [](const Deformation& one) {
+    return Report{{"force", one.force},
+                  {"volume", one.volume},
+                  {"area", one.area},
+                  {"triangle", one.triangle},
+                  {"edge", one.edge}};
+  };
+  return {{"cells", of.cells}, {"largest", values(of.most)}, {"median", values(of.median)}};
+}
+
 Report reportOfDeformations(const std::optional<Deformations>& all) {
   if (!all) return nullptr;
-  const auto values = [](const Deformation& of) {
-    return Report{{"force", of.force},
-                  {"volume", of.volume},
-                  {"area", of.area},
-                  {"triangle", of.triangle},
-                  {"edge", of.edge}};
-  };
-  return {{"cells", all->cells}, {"largest", values(all->most)}, {"median", values(all->median)}};
+  Report report = reportOfDeformed(*all);
+  report["species"] = Report::array();
+  for (const auto& [name, cells] : all->species) {
+    Report one = {{"name", name}};
+    one.update(reportOfDeformed(cells));
+    report["species"].push_back(std::move(one));
+  }
+  return report;
 }
 
 const char* outcomeOf(const Packing& packing) {

@@ -227,9 +227,9 @@ std::unique_ptr<AtomicFiles> preparedResult(const Packing& packing, const fs::pa
     return preparedState(file, packingProblemOf(problem, packing.packed),
                          recordOf(*problem.request.asked, file), state, together);
   };
-  if (!problem.hasDeformed()) return prepare(*packing.state);
   PackingState state = *packing.state;
-  state.columns = deformationColumns(problem, packing.packed, state.cells);
+  if (problem.hasDeformed()) state.columns = deformationColumns(problem, packing.packed, state.cells);
+  state.columns.push_back(angleColumn(state.cells, *problem.read));
   return prepare(state);
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/clearances.h"
@@ -139,21 +140,33 @@ std::string reachedText(const Packing& packing) {
   const std::string time =
       problem.request.maxSeconds > 0 ? fmt::format(", {}", durationText(problem.request.maxSeconds)) : "";
   const Statistics& done = packing.statistics;
-  const std::string limits = fmt::format("{} {}{}; {} done, including the search for fewer cells",
+  const std::string limits = fmt::format("limits: {} {}{}; {} done, including the search for fewer cells",
                                          problem.request.maxIterations.value_or(Limits().maxSweeps),
                                          done.unit(), time, done.effort());
-  const std::string what =
+  if (packing.cellCount == 0)
+    return fmt::format("not feasible within the limits: not even one cell could be packed ({}; {})", counts,
+                       limits);
+  return fmt::format(
+      "not feasible within the limits: {} packed, hematocrit {:.4f} of the {} ({}; {})", counts,
+      tally.redMesh / problem.referenceVolume(), problem.request.fluidVolume ? "fluid nodes" : "lumen",
       packing.searched ? "the densest certified packing found"
-                       : "the time limit ended the search for the densest packing; a certified packing found";
-  return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
-                     what, tally.redMesh / problem.referenceVolume(),
-                     problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
+                       : "a certified packing; the time limit ended the search for the densest",
+      limits);
 }
 
 std::vector<std::string> deformationLines(const Deformations& all) {
   const Deformation& most = all.most;
-  return {fmt::format("Deformed cells: {}; largest force on a vertex {:.2f} pN (median of cells {:.2f} pN)",
-                      all.cells, most.force, all.median.force),
+  std::string of, others;  // species
+  for (const auto& [name, cells] : all.species) {
+    const bool first = of.empty() && cells.most.force == most.force;
+    if (first)
+      of = name;
+    else
+      others += fmt::format("{}{} {:.2f}", others.empty() ? "" : ", ", name, cells.most.force);
+  }
+  const std::string species = others.empty() ? "" : fmt::format("{}; {}; ", of, others);
+  return {fmt::format("Deformed cells: {}; largest force on a vertex {:.2f} pN ({}median of cells {:.2f} pN)",
+                      all.cells, most.force, species, all.median.force),
           fmt::format("Largest changes: volume {:+.2f} %, area {:+.2f} %, triangle {:+.1f} %, edge {:+.1f} %",
                       100.0 * most.volume, 100.0 * most.area, 100.0 * most.triangle, 100.0 * most.edge)};
 }
@@ -329,14 +342,26 @@ std::vector<HematocritConvention> hematocritConventions(const Request& request, 
   return all;
 }
 
+namespace {
+
+/// Whether red cells are counted as packCells counts them.
+bool countsAsPackCells(const Request& request) {
+  return request.packCellsConventions || request.redCellVolume == packCellsRedCellVolume;
+}
+
+}  // namespace
+
 std::vector<std::string> hematocritLines(const Problem& problem, const Tally& tally) {
   const double lumen = problem.lumen.container->volume(), fluid = problem.lumen.fluidVolume();
   std::vector<std::string> lines;
-  for (const HematocritConvention& one : hematocritConventions(problem.request, tally))
+  for (const HematocritConvention& one : hematocritConventions(problem.request, tally)) {
+    if (std::string_view(one.key) == "packCells" && !countsAsPackCells(problem.request))
+      continue;  // of no use to others
     lines.push_back(fmt::format(
         "Hematocrit {:.4f} of the lumen{} by {}", one.volume / lumen,
         problem.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
         one.text));
+  }
   return lines;
 }
 

@@ -211,7 +211,7 @@ std::vector<CellSpecies> countedAsIn(const StateCells& blood, const std::vector<
 CellsOfFile takeCells(StateCells& blood, const std::vector<int>& speciesOf, const std::string& file) {
   CellsOfFile all{file, {}, {}, {}};
   for (Cell& cell : blood.cells) {
-    PresentCell& present = all.cells.emplace_back(posLineOf(cell.pose));
+    PresentCell& present = all.cells.emplace_back(lineOf(cell));
     present.vertices = std::move(cell.vertices);
   }
   all.species = [&](std::size_t i) { return speciesOf[blood.cells[i].species]; };

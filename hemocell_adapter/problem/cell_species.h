@@ -91,6 +91,13 @@ struct CellSpecies : SpeciesPlan {
   std::int64_t count = 0;                        ///< to be packed, or found by a check
 
   std::int64_t mostCells() const { return count + stock; }  ///< of a packing
+  /// Without those that exist already with meshes of their own, which stay as they are.
+  std::int64_t toPack() const {
+    std::int64_t left = count;
+    for (const auto* const present : {&fixed, &start})
+      for (const PresentCell& cell : *present) left -= cell.shape >= 0;
+    return std::max<std::int64_t>(0, left);
+  }
 };
 
 }  // namespace packmesh::hemocell

@@ -45,9 +45,8 @@ std::string originText(const std::string& where, double distance) {
 }
 
 std::string howToState(const std::string& name) {
-  return fmt::format("state it by <species name=\"{0}\" minimumDistanceFromSolid=\"...\"/> or " +
-                         named("minimum-distance-from-solid") + " {0} d",
-                     name);
+  return fmt::format("give it by <species name=\"{}\" minimumDistanceFromSolid=\"...\"/> or {}", name,
+                     named("minimum-distance-from-solid", name + " d"));
 }
 
 /// The calls that set the distance of one species.

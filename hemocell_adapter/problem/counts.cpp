@@ -125,15 +125,15 @@ void refuseWithoutNode(const CellSpecies& species) {
                   species.name, species.minimumDistanceFromSolid));
 }
 
-/// Refuses more cells of a kind than any known packing has, ordered ones included. Ellipsoids fill at most
-/// this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004), red cells
-/// less (docs/explanation/speed.md, crystals); meshes of other shapes may fill more. A few cells may fit a
-/// lumen with walls exactly.
+/// Refuses more cells of a kind to be packed than any known packing has, ordered ones included. Ellipsoids
+/// fill at most this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004),
+/// red cells less (docs/explanation/speed.md, crystals); meshes of other shapes may fill more. A few cells
+/// may fit a lumen with walls exactly.
 void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
   const Container& lumen = *scene.lumen.container;
   constexpr double densestKnown = 0.7707, rounding = 1e-9;
   constexpr std::int64_t many = 100;
-  const double part = double(species.count) * species.meanVolume / lumen.volume();
+  const double part = double(species.toPack()) * species.shape->volume() / lumen.volume();
   using Template = CellSpecies::Template;
   const bool byFormula =
       species.kind == Template::ellipsoid ||
@@ -273,10 +273,11 @@ std::vector<CellSpecies> withCounts(std::vector<CellSpecies> species,
 }
 
 void examineNumbers(const Scene& scene, Notices& notices) {
-  double volume = 0.0;
+  double volume = 0.0, toPack = 0.0;
   std::set<const Acceptance*> examined;
   for (const CellSpecies& species : scene.species) {
     volume += double(species.count) * species.meanVolume;
+    toPack += double(species.toPack()) * species.shape->volume();
     if (species.mostCells() == 0) continue;
     if (!scene.request.soft) refuseTooLarge(scene, species);
     if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);
@@ -289,12 +290,12 @@ void examineNumbers(const Scene& scene, Notices& notices) {
   if (scene.request.soft) return;
   if (!scene.request.bestEffort)
     for (const CellSpecies& species : scene.species) refuseBeyondKnown(scene, species);
-  if (volume > Forecast::possible * lumen && !scene.request.inColumns) {
+  if (toPack > Forecast::possible * lumen && !scene.request.inColumns) {
     notices.warnings.push_back(
         fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
                     "cells is known; " +
                         named("max-time") + " and " + named("best-effort") + " limit the run time{}",
-                    volume / lumen, Forecast::possible, denserInstead(scene)));
+                    toPack / lumen, Forecast::possible, denserInstead(scene)));
   }
 }
 

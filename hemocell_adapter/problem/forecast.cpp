@@ -150,6 +150,16 @@ const std::vector<double>& LumenSample::apart(int species) {
   return found->second;
 }
 
+double LumenSample::width() {
+  if (volume_ == 0.0) draw();
+  double width = std::numeric_limits<double>::infinity();
+  if (wall_) width = distances_.empty() ? 0.0 : 2.0 * *std::max_element(distances_.begin(), distances_.end());
+  for (int k = 0; k < 3; ++k)
+    if (const double period = problem_.lumen.container->period()[k]; period > 0.0)
+      width = std::min(width, period);
+  return width;
+}
+
 Room LumenSample::measured(int s) {
   Room room;
   room.volume = room.effective = volume_;
@@ -221,7 +231,11 @@ constexpr double leastOfDeformed = 0.01, mostOfDeformed = 0.1;
 
 constexpr double redCellVertices = 642.0;
 
-/// Parallel efficiency of several ranks.
+/// Lumens less wide than this many lengths of a cell are narrow: tubes of red cells up to 10 µm, where
+/// densest packings have effective fractions from 0.53 to 0.90; in wider ones 0.60 to 0.67.
+constexpr double narrowly = 1.3;
+
+/// Parallel efficiency of several ranks or threads.
 constexpr double efficiency = 0.85;
 
 double millisecondsAt(double fraction) {
@@ -233,10 +247,15 @@ double millisecondsAt(double fraction) {
   return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
 }
 
-/// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall.
+/// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall,
+/// and between its own images in a periodic box that is thinner than the cell.
 bool findsPlace(const Problem& problem, int s, const Room& room) {
   constexpr std::int64_t sweeps = 300;
   const CellSpecies& species = problem.species[s];
+  const Container& lumen = *problem.lumen.container;
+  std::vector<Vec3> starts = room.deepest;
+  if (!lumen.wall() && lumen.period().minCoeff() < 2.0 * species.shape->radius())
+    starts.assign(trials, lumen.bounds().center());
   PackingProblem packing;
   packing.physics.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
   packing.physics.species.front().start = {Pose()};
@@ -246,15 +265,15 @@ bool findsPlace(const Problem& problem, int s, const Room& room) {
   packing.physics.rotate = problem.request.rotate;
   packing.execution.limits.maxSweeps = sweeps;
   packing.execution.limits.fewerCells = false;
-  for (std::size_t i = 0; i < room.deepest.size(); ++i) {
+  for (std::size_t i = 0; i < starts.size(); ++i) {
     Pose& start = packing.physics.species.front().start.front();
-    start.position = room.deepest[i];
+    start.position = starts[i];
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
     if (problem.request.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
     if (species.cone) start.orientation = species.cone->nearest(start.orientation);
     if (pack(packing).outcome == Outcome::certified) return true;
   }
-  return room.deepest.empty();
+  return starts.empty();
 }
 
 /// An estimate, with a suitable number of digits.
@@ -268,6 +287,31 @@ std::string about(double seconds) {
 std::string range(double least, double most) {
   if (most < 1.0) return "less than a second";
   return (least < 1.0 ? "up to " : durationText(std::round(least)) + " to ") + durationText(std::round(most));
+}
+
+/// Of each rank, as given: the machine of a dry run may have fewer cores.
+int threadsOf(const Problem& problem) {
+  return int(problem.request.threads.value_or(problem.team.count()));
+}
+
+/// By how much several ranks or threads are faster than one core.
+double speedup(const Problem& problem, int ranks) {
+  const int cores = ranks * threadsOf(problem);
+  return cores > 1 ? efficiency * cores : 1.0;
+}
+
+/// ", about 3 s on 4 ranks with 2 threads each"; empty on one core. @param time there
+std::string wallText(const Problem& problem, int ranks, const std::string& time) {
+  const int threads = threadsOf(problem);
+  if (ranks * threads == 1) return {};
+  if (ranks == 1) return fmt::format(", {} on {} threads", time, threads);
+  return fmt::format(", {} on {} ranks", time, ranks) +
+         (threads > 1 ? fmt::format(" with {} threads each", threads) : "");
+}
+
+std::string memoryText(double megabytes) {
+  return megabytes < 1000.0 ? fmt::format("about {:.0f} MB", megabytes)
+                            : fmt::format("about {:.3g} GB", 1e-3 * megabytes);
 }
 
 /// Constraints whose effect on packing is unknown.
@@ -285,24 +329,26 @@ std::string leftOut(const Problem& problem) {
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-/// How much of the lumen these species can reach, where that is less than all of it.
+/// How much of the lumen these species can reach, where that is much less than all of it. The volumes and the
+/// hematocrit are those of the lumen without the continuation of its ends.
 std::vector<std::string> speciesLines(const Problem& problem, LumenSample& sample, bool redCellsAlone) {
-  constexpr double worthTelling = 0.995;
+  constexpr double worthTelling = 0.95;
+  const double lumen = problem.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     if (species.count == 0 || (redCellsAlone && !species.redCell)) continue;
     const Room& room = sample.room(int(s));
     if (room.share < worthTelling) {
-      std::string line =
-          fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³", species.name, room.share, room.volume);
-      if (species.redCell && room.volume > 0.0)
+      std::string line = fmt::format("{} can reach {:.1f} % of the lumen ({:.0f} of {:.0f} µm³)",
+                                     species.name, 100.0 * room.share, room.share * lumen, lumen);
+      if (species.redCell && room.share > 0.0)
         line += fmt::format(", where their hematocrit is {:.3f}",
-                            double(species.count) * species.meanVolume / room.volume);
-      line += ": clearances, layers at the wall, HemoCell's rules and narrow places exclude the rest";
+                            double(species.count) * species.meanVolume / (room.share * lumen));
+      line += "; gaps to the wall, HemoCell's rules and narrow places exclude the rest";
       if (room.narrow)
         line += fmt::format(
-            "; the widest place that they cannot enter is {:.1f} µm wide, near ({:.1f}, {:.1f}, {:.1f}) µm",
+            ". The widest place that they cannot enter is {:.1f} µm wide, near ({:.1f}, {:.1f}, {:.1f}) µm",
             room.narrow->width, room.narrow->at.x(), room.narrow->at.y(), room.narrow->at.z());
       lines.push_back(line);
     }
@@ -329,10 +375,11 @@ std::vector<std::string> roomLines(const Problem& problem, const Forecast& forec
 std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
-    if (species.count <= std::int64_t(species.fixed.size())) continue;
-    const double volume = double(species.count) * species.meanVolume;
+    const std::int64_t count = species.toPack();
+    if (count == 0 || species.count <= std::int64_t(species.fixed.size())) continue;
+    const double volume = double(count) * species.shape->volume();
     if (volume > forecast.roomVolumes[s])
-      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
+      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", count, species.name,
                          volume);
     if (!findsPlace(problem, int(s), sample.room(int(s))))
       return fmt::format("not even one {} fits into the lumen", species.name);
@@ -345,27 +392,40 @@ bool deforms(const Problem& problem, const Forecast& f, const std::optional<std:
   return problem.request.soft && (never || f.effectiveFraction > Forecast::easy);
 }
 
+/// Of lumens in which the calibration of effective fractions does not hold.
+std::string uncertain(const Forecast& f) {
+  return fmt::format(
+      "Uncertain: effective fraction {:.3f}, in a lumen hardly wider than a cell. Such packings have failed "
+      "from {:.2f} on, and have been found up to {:.2f}; " +
+          named("max-time") + " and " + named("best-effort") + " limit the effort",
+      f.effectiveFraction, Forecast::doubtful, Forecast::ordered);
+}
+
 /// Whether the cells can be packed.
 std::string verdict(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
   if (deforms(problem, f, never))
     return fmt::format("Undeformed cells probably cannot be packed ({}): cells will be soft",
                        never ? *never : fmt::format("effective fraction {:.3f}", f.effectiveFraction));
   if (never) return fmt::format("Infeasible: {}{}", *never, softInstead(problem));
+  if (f.narrow && f.effectiveFraction > Forecast::doubtful && f.effectiveFraction <= Forecast::ordered)
+    return uncertain(f);
   if (f.effectiveFraction <= Forecast::easy)
     return fmt::format("Feasible: effective fraction {:.3f}; slow above {:.2f}", f.effectiveFraction,
                        Forecast::easy);
-  if (f.effectiveFraction <= Forecast::possible)
+  const double possible = f.narrow                   ? Forecast::ordered
+                          : f.cells <= Forecast::few ? Forecast::possibleForFew
+                                                     : Forecast::possible;
+  if (f.effectiveFraction <= possible)
     return fmt::format(
         "At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; " +
             named("max-time") + " and " + named("best-effort") + " limit the effort{}",
-        Forecast::easy, Forecast::possible, denserInstead(problem));
-  return fmt::format(
-      "Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
-          named("best-effort") + " give the densest packing found{}",
-      f.effectiveFraction < 1.0
-          ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
-          : fmt::format("far above {:.2f}", Forecast::possible),
-      denserInstead(problem));
+        Forecast::easy, possible, denserInstead(problem));
+  return fmt::format("Probably infeasible: {}, the densest achieved so far; " + named("max-time") + " and " +
+                         named("best-effort") + " give the densest packing found{}",
+                     f.effectiveFraction < 1.0
+                         ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - possible, possible)
+                         : fmt::format("far above {:.2f}", possible),
+                     denserInstead(problem));
 }
 
 }  // namespace
@@ -373,21 +433,27 @@ std::string verdict(const Problem& problem, const Forecast& f, const std::option
 Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   Forecast forecast;
   const double lumen = problem.lumen.container->volume();
-  double volume = 0.0;
+  double volume = 0.0, toPack = 0.0;
+  for (const CellSpecies& species : problem.species) {
+    volume += double(species.count) * species.meanVolume;
+    toPack += double(species.toPack()) * species.shape->volume();
+  }
+  const double left = 1.0 - std::max(0.0, volume - toPack) / lumen;  // by cells that have shapes of their own
   for (std::size_t i = 0; i < problem.species.size(); ++i) {
     const CellSpecies& species = problem.species[i];
-    const double n = double(species.count), own = species.meanVolume;
     forecast.cells += species.count;
-    volume += n * own;
     forecast.roomShares.push_back(1.0);
     forecast.roomVolumes.push_back(lumen);
-    if (species.count == 0) continue;
+    const double n = double(species.toPack()), own = species.shape->volume();
+    if (n == 0.0) continue;
     const Room& room = sample.room(static_cast<int>(i));
     forecast.roomShares.back() = room.share;
     forecast.roomVolumes.back() = room.volume;
+    if (n * own >= 0.5 * toPack)
+      forecast.narrow = sample.width() < narrowly * boundingBox(species.shape->mesh()).size().maxCoeff();
     const double grown = n * (own + 0.5 * problem.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
-        room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
+        room.effective > 0.0 ? grown / (left * room.effective) : std::numeric_limits<double>::infinity();
   }
   for (int j = 0; problem.layout.profile && j < problem.layout.profile->shells();
        ++j)  // the densest part decides
@@ -437,8 +503,11 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   lines.push_back(verdict(problem, f, never));
   const bool soft = deforms(problem, f, never);
   if (soft)
-    lines.push_back(fmt::format("Time: {} of CPU; soft cells usually take {} to {} s each",
+    lines.push_back(fmt::format("Time: {} of CPU{}; soft cells usually take {} to {} s each",
                                 range(leastOfDeformed * double(f.cells), mostOfDeformed * double(f.cells)),
+                                wallText(problem, ranks,
+                                         range(leastOfDeformed * double(f.cells) / speedup(problem, ranks),
+                                               mostOfDeformed * double(f.cells) / speedup(problem, ranks))),
                                 leastOfDeformed, mostOfDeformed));
   else if (problem.request.method == Method::cat)
     lines.push_back("Time: unknown for " + named("method", "cat") +
@@ -448,19 +517,18 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",
-        about(*f.seconds),
-        ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
+        about(*f.seconds), wallText(problem, ranks, about(*f.seconds / speedup(problem, ranks)))));
   const double megabytes = soft ? f.softMegabytes : f.megabytes;
   lines.push_back(
-      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (megabytes - ofProgram) / ranks));
+      fmt::format("Memory: {} for each rank", memoryText(ofProgram + (megabytes - ofProgram) / ranks)));
   const double tiles = double(problem.request.tiles[0]) * problem.request.tiles[1] * problem.request.tiles[2];
   if (tiles > 1.0)
     lines.push_back(
-        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
+        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, {} in all; the certificate "
                     "of the larger "
                     "box takes additional time",
                     problem.request.tiles[0], problem.request.tiles[1], problem.request.tiles[2],
-                    tiles * double(f.cells), ofProgram + tiles * (megabytes - ofProgram)));
+                    tiles * double(f.cells), memoryText(ofProgram + tiles * (megabytes - ofProgram))));
   if (const std::string left = leftOut(problem); !left.empty())
     lines.push_back(
         fmt::format("Not included in these figures: {}; packing then is harder and takes longer", left));

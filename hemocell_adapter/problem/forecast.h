@@ -38,6 +38,8 @@ class LumenSample {
   /// Volumes in which centres can be and between which no cell can pass, as far as the resolution of the
   /// space tells, over their sum; descending. Empty where there is no wall, or one in closed form.
   const std::vector<double>& apart(int species);
+  /// Of the lumen at its widest place, between walls or periodic images [µm].
+  double width();
 
  private:
   void draw();
@@ -61,19 +63,26 @@ struct Forecast {
   std::int64_t cells = 0;
   double fraction = 0.0;  ///< volume of all meshes over that of the lumen
   /// The volume fraction at which packing a periodic box is equally hard: clearances are added to the cells,
-  /// and each species has the part of the lumen in which its bodies can be, minus a layer at its wall. With a
-  /// profile at least that of its densest shell.
-  /// Infinite if nothing remains.
+  /// and each species has the part of the lumen in which its bodies can be, minus a layer at its wall. Cells
+  /// that exist with shapes of their own are room that others lack. With a profile at least that of its
+  /// densest shell. Infinite if nothing remains.
   double effectiveFraction = 0.0;
   std::vector<double> roomShares;   ///< of the lumen, where bodies of each species may be
   std::vector<double> roomVolumes;  ///< the same [µm³]; includes continuations of the ends of a vessel
   std::optional<double> seconds;    ///< CPU of one core; empty beyond `possible`
-  double megabytes = 0.0;           ///< of all ranks together, of undeformed cells
-  double softMegabytes = 0.0;       ///< the same if cells deform
+  /// The lumen is hardly wider than the cells that fill most of it: walls order them, which may let more or
+  /// fewer fit.
+  bool narrow = false;
+  double megabytes = 0.0;      ///< of all ranks together, of undeformed cells
+  double softMegabytes = 0.0;  ///< the same if cells deform
 
   /// Up to `easy` a packing of red cells takes hundreds of sweeps; above `possible` no packing of a thousand
   /// cells at random has been achieved.
   static constexpr double easy = 0.60, possible = 0.62;
+  /// In narrow lumens packings have failed from `doubtful` on, and have been found up to `ordered`; a hundred
+  /// cells at most in wider ones up to `possibleForFew`.
+  static constexpr double doubtful = 0.50, ordered = 0.91, possibleForFew = 0.70;
+  static constexpr std::int64_t few = 100;
 };
 
 /// Of the default method.

@@ -209,6 +209,11 @@ std::shared_ptr<const Lattice> latticeOf(const Request& request, const Case& sim
   Vec3 nodes;
   if (request.container->nodes) {
     nodes = request.container->nodes->array().round();
+    const auto& others = simulation.domain.boxNodes;
+    if (others && Vec3((*others)[0], (*others)[1], (*others)[2]) != nodes)
+      notices.push_back(
+          fmt::format("<container><nodes> gives the lattice {} x {} x {} nodes; <domain> has {} x {} x {}",
+                      nodes[0], nodes[1], nodes[2], (*others)[0], (*others)[1], (*others)[2]));
   } else if (simulation.domain.boxNodes) {
     for (int k = 0; k < 3; ++k) nodes[k] = (*simulation.domain.boxNodes)[k];
   } else {
@@ -334,11 +339,10 @@ std::string scaleText(const Domain& domain, double extent) {
   if (isUnit(unit, 0.5 / domain.refDirN)) return {};  // a number of nodes is rounded
   const double inMicrometres = std::max(1.0, std::round(extent / domain.dx));
   return fmt::format(
-      "<refDirN> {} makes the {} extent of {}, {:.6g}, {:.6g} µm: {:.4g} times as large as in the file, if "
-      "that is in µm "
-      "(<refDirN> {:.0f} keeps its size)",
-      domain.refDirN, "xyz"[domain.refDir], domain.geometry->filename().string(), extent,
-      domain.dx * domain.refDirN, unit, inMicrometres);
+      "{:.4g} µm per unit of {}: <refDirN> {} makes its {} extent {:.6g} µm, which is {:.6g} in the file "
+      "(if that is in µm, <refDirN> {:.0f} keeps it)",
+      unit, domain.geometry->filename().string(), domain.refDirN, "xyz"[domain.refDir],
+      domain.dx * domain.refDirN, extent, inMicrometres);
 }
 
 void requireSimple(const VesselMesh& stl, const std::string& where) {

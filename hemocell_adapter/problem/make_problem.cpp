@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
@@ -140,7 +142,8 @@ std::optional<double> resolveHematocrit(const Scene& scene, Notices& notices) {
       scene.lumen.solidWalls ? hydraulicDiameter(*scene.lumen.container, endAxes(scene)) : std::nullopt;
   if (!diameter)
     throw InputError(
-        "a discharge hematocrit is that of a lumen with walls that blood flows along, and this one has none "
+        "a discharge hematocrit is that of a lumen with walls that blood flows along, and this one has "
+        "none "
         "(see " +
         named("walls") + "); state the hematocrit");
   if (auto warning = fahraeusWarning(*diameter))
@@ -148,43 +151,82 @@ std::optional<double> resolveHematocrit(const Scene& scene, Notices& notices) {
   return tubeHematocrit(*scene.request.dischargeHematocrit, *diameter);
 }
 
-/// Counts the cells of a scene and divides them into parts. With deformed cells the numbers depend on the
-/// volumes of those that are placed, and these on the numbers.
-Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vector<LumenRegion> regions,
-                        Notices& notices) {
-  constexpr int mostRounds = 6;  // two or three are enough, unless the numbers alternate
-  const std::optional<double> redCellVolume = scene.request.redCellVolume;
-  const bool deformed = scene.hasDeformed();
-  Layout layout{std::move(regions), nullptr};
+/// A way to divide the cells of a scene into parts.
+struct Division {
+  std::vector<CellSpecies> species;  ///< with their numbers, and mean volumes of the cells that are placed
+  Layout layout;
   PartsToPack parts;
   Notices ofProfile;
-  scene.species = withMeanVolumes(std::move(scene.species), averagePresent(scene), redCellVolume);
-  std::vector<std::int64_t> counts = numbersOfCells(scene, hematocrit, layout.regions), before;
-  for (int round = 0; round < mostRounds && counts != before; ++round) {
+};
+
+/// @param layout with the profile, if it is planned already
+Division divided(const Scene& scene, const Layout& layout) {
+  Division division{scene.species, layout, {}, {}};
+  if (scene.request.profile && !layout.profile)
+    division.layout.profile = planProfile(scene, division.ofProfile.warnings);
+  division.parts = partsAt(scene, division.layout, scene.demanded);
+  return division;
+}
+
+/// Of deformed cells: the numbers depend on the volumes of those that are placed, and these on the numbers.
+/// The division whose numbers are nearest to those that its volumes ask for.
+Division dividedByVolume(Scene scene, std::optional<double> hematocrit, const Layout& layout) {
+  constexpr int mostRounds = 24;  // two or three are enough where all cells have similar volumes
+  std::optional<Division> best;
+  std::pair<std::int64_t, double> least;  // differences of its numbers, and of the volume of red cells
+  std::set<std::vector<std::int64_t>> tried;
+  std::vector<std::int64_t> counts = numbersOfCells(scene, hematocrit, layout.regions);
+  for (int round = 0; round < mostRounds && (!best || least.first > 0); ++round) {
+    tried.insert(counts);
     scene.species = withCounts(std::move(scene.species), counts);
-    if (!deformed) examineNumbers(scene, notices);
-    ofProfile = {};
-    if (scene.request.profile) layout.profile = planProfile(scene, ofProfile.warnings);
-    if (!deformed && layout.profile && !scene.request.bestEffort && !scene.request.soft)
-      refuseTooDense(scene, *layout.profile);
-    parts = partsAt(scene, layout, scene.demanded);
-    before = counts;
-    if (!deformed) break;
-    scene.species =
-        withMeanVolumes(std::move(scene.species), averagePlaced(scene, parts.parts), redCellVolume);
-    counts = numbersOfCells(scene, hematocrit, layout.regions);
+    Division division = divided(scene, layout);
+    scene.species = withMeanVolumes(std::move(scene.species), averagePlaced(scene, division.parts.parts),
+                                    scene.request.redCellVolume);
+    division.species = scene.species;
+    const std::vector<std::int64_t> wanted = numbersOfCells(scene, hematocrit, layout.regions);
+    std::pair<std::int64_t, double> misses(0, -hematocrit.value_or(0.0) * scene.referenceVolume());
+    std::size_t most = 0;
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+      misses.first += std::abs(wanted[s] - counts[s]);
+      if (scene.species[s].sharesHematocrit)
+        misses.second += double(counts[s]) * scene.species[s].countedVolume;
+      if (std::abs(wanted[s] - counts[s]) > std::abs(wanted[most] - counts[most])) most = s;
+    }
+    misses.second = std::abs(misses.second);
+    if (!best || misses < least) {
+      best = std::move(division);
+      least = misses;
+    }
+    // Numbers that alternate: those around them.
+    counts = wanted;
+    for (std::int64_t n = 1; tried.count(counts) > 0; ++n)
+      counts[most] = std::max<std::int64_t>(0, wanted[most] + (n % 2 == 1 ? (n + 1) / 2 : -n / 2));
   }
-  if (deformed) {
+  return std::move(*best);
+}
+
+/// Counts the cells of a scene and divides them into parts.
+Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vector<LumenRegion> regions,
+                        Notices& notices) {
+  const bool deformed = scene.hasDeformed();
+  scene.species =
+      withMeanVolumes(std::move(scene.species), averagePresent(scene), scene.request.redCellVolume);
+  if (!deformed) {
+    scene.species = withCounts(std::move(scene.species), numbersOfCells(scene, hematocrit, regions));
     examineNumbers(scene, notices);
-    if (layout.profile && !scene.request.bestEffort && !scene.request.soft)
-      refuseTooDense(scene, *layout.profile);
   }
-  notices.append(ofProfile);
+  const Layout layout{std::move(regions), nullptr};
+  Division division = deformed ? dividedByVolume(scene, hematocrit, layout) : divided(scene, layout);
+  scene.species = std::move(division.species);
+  if (deformed) examineNumbers(scene, notices);
+  if (division.layout.profile && !scene.request.bestEffort && !scene.request.soft)
+    refuseTooDense(scene, *division.layout.profile);
+  notices.append(division.ofProfile);
   Problem problem;
   static_cast<Scene&>(problem) = std::move(scene);
   problem.hematocrit = hematocrit;
-  problem.layout = std::move(layout);
-  problem.atDemanded = std::move(parts);
+  problem.layout = std::move(division.layout);
+  problem.atDemanded = std::move(division.parts);
   return problem;
 }
 
@@ -288,8 +330,28 @@ Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Cl
 
 Problem withCorrectedProfile(Problem problem, const PackingResult& packed) {
   problem.layout.profile = correctedProfile(problem, packed);
-  problem.atDemanded = partsAt(problem, problem.layout, problem.demanded);
+  if (problem.hasDeformed()) {
+    Division division = dividedByVolume(problem, problem.hematocrit, problem.layout);
+    problem.species = std::move(division.species);
+    problem.atDemanded = std::move(division.parts);
+  } else {
+    problem.atDemanded = partsAt(problem, problem.layout, problem.demanded);
+  }
   return problem;
+}
+
+std::optional<std::string> missedHematocritWarning(const Problem& problem) {
+  if (!problem.hematocrit || !problem.hasDeformed() || !problem.layout.regions.empty()) return {};
+  double volume = 0.0, cell = 0.0;
+  for (const CellSpecies& species : problem.species) {
+    if (!species.sharesHematocrit) continue;
+    volume += double(species.count) * species.countedVolume;
+    cell = std::max(cell, species.countedVolume);
+  }
+  const double lumen = problem.referenceVolume();
+  if (std::abs(volume - *problem.hematocrit * lumen) <= cell) return {};
+  return fmt::format("the hematocrit will be {:.4f} instead of {:.4f}: the volumes of the cells differ",
+                     volume / lumen, *problem.hematocrit);
 }
 
 PackingProblem packingProblemOf(const Problem& problem, const PartsToPack& packed,

@@ -44,6 +44,9 @@ Problem withOtherCells(Problem problem, std::vector<SpeciesPlan> plans, const Cl
 /// (correctedProfile()). All ranks call. Pre: it has a profile
 Problem withCorrectedProfile(Problem problem, const PackingResult& packed);
 
+/// Of cells whose volumes differ so much that no number of them has the hematocrit asked for, up to a cell.
+std::optional<std::string> missedHematocritWarning(const Problem& problem);
+
 /// What HemoCell cannot do with this number of cells of each species (see hemocell_limits.h).
 std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts);
 

@@ -223,18 +223,27 @@ void refuseBesideSoft(const Request& request) {
 }
 
 void requireMembranes(const Scene& scene) {
-  for (const CellSpecies& species : scene.species)
+  for (const CellSpecies& species : scene.species) {
     if (species.count > 0 && !species.rigid && !species.model.membrane.missing.empty())
       throw InputError(
           fmt::format("cell '{}' ({}): <{}> is missing; soft cells need kLink, kBend, kVolume and "
                       "kArea (rigid=\"true\" in <species> keeps the shape)",
                       species.name, species.origin, fmt::join(species.model.membrane.missing, ">, <")));
+    const auto vertices = int(species.shape->mesh().vertices.size());
+    for (const auto& [a, b] : membraneOf(scene, species).innerLinks)
+      if (species.count > 0 && std::max(a, b) >= vertices)
+        throw InputError(
+            fmt::format("cell '{}' ({}): <InnerEdges> links the vertices {} and {}; the last one is {}",
+                        species.name, species.origin, a, b, vertices - 1));
+  }
 }
 
 MembraneConstants membraneOf(const Scene& scene, const CellSpecies& species) {
-  MembraneConstants constants =
-      hasFile(species) ? *species.model.membrane.constants : defaultMembrane(species.name);
+  MembraneConstants constants = hasFile(species) ? *species.model.membrane.constants
+                                                 : defaultMembrane(species.name, species.shape->mesh());
   constants.spacing = scene.request.dx;
+  if (scene.simulation && scene.simulation->domain.thermalEnergy)
+    constants.thermalEnergy = *scene.simulation->domain.thermalEnergy;
   return constants;
 }
 
@@ -249,6 +258,10 @@ std::vector<std::string> softnessLines(const Scene& scene) {
                                     species.name, m.link, m.bend, m.volume, m.area,
                                     hasFile(species) ? species.name + ".xml" : "HemoCell's cell templates"));
   }
+  if (scene.simulation && scene.simulation->domain.thermalEnergy)
+    lines.push_back(fmt::format("kBT {:.10g} J ({})",
+                                *scene.simulation->domain.thermalEnergy / pnMicrometresPerJoule,
+                                scene.simulation->domain.thermalEnergyWhere));
   return lines;
 }
 

@@ -80,9 +80,11 @@ class Reading {
     for (const StateTable& column : columns) words.push_back(column.name);
     if (words.empty()) return;
     head(words);
+    for (const StateTable& column : columns)
+      if (column.values.size() != columns[0].values.size()) refuse("columns of different lengths");
     for (std::size_t i = 0; i < columns[0].values.size(); ++i) {
       line_ = int(i) + 1;
-      for (std::size_t c = 0; c < columns.size(); ++c) words[c] = fmt::format("{}", columns[c].values.at(i));
+      for (std::size_t c = 0; c < columns.size(); ++c) words[c] = fmt::format("{}", columns[c].values[i]);
       row(words);
     }
   }

@@ -97,13 +97,14 @@ std::optional<std::string> strayWarning(const Problem& problem, const PartsToPac
 
 std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
   const std::string after = fmt::format(" after {} iterations", packed.iterations);
-  if (packed.scale == 0.0) return "not even cells much smaller than those requested could be packed";
+  if (packed.scale == 0.0) return "the small undeformed cells from which soft ones grow could not be packed";
   if (packed.scale < 1.0)
     return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
   if (packed.meetsWall) return "edges of a membrane met the steps of the wall" + after;
   if (!(packed.most.force <= limits.force))
     return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
            fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  if (limits.allow(packed.most)) return "the cells have their full size, but had not come to rest" + after;
   const bool ofVolume = !(std::abs(packed.most.volume) <= limits.volume);
   return fmt::format("the {} of a cell changed by {:.2f} %", ofVolume ? "volume" : "area",
                      100.0 * (ofVolume ? packed.most.volume : packed.most.area)) +

@@ -281,11 +281,14 @@ std::shared_ptr<const Container> bodyOf(const SolidRequest& solid, const std::ar
 
 std::string crossingText(const std::string& crossing, const TriangleMesh& surface, const Container& nodes,
                          double dx) {
+  TriangleMesh inNodes = surface;
+  for (Vec3& v : inNodes.vertices) v /= dx;
   return fmt::format(
       "{}; the lumen consists of HemoCell's fluid nodes at dx {:.6g} µm, {:.6g} µm³, without what an even "
-      "number of parts have in common; the surfaces enclose {:.6g} µm³, what they have in common counted for "
-      "each. Join the parts (Boolean union) in a mesh editor to fill all of them",
-      crossing, dx, nodes.volume(), signedVolume(surface));
+      "number of parts have in common; the surfaces enclose about {:.6g} µm³, what they have in common "
+      "counted "
+      "for each. Join the parts (Boolean union) in a mesh editor to fill all of them",
+      crossing, dx, nodes.volume(), enclosedVolume(inNodes) * dx * dx * dx);
 }
 
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,

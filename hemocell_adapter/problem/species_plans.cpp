@@ -16,6 +16,13 @@
 namespace packmesh::hemocell {
 namespace {
 
+/// Of a name that HemoCell has no cell of, a similar one that it has, or of `others`.
+std::optional<std::string> similarCell(const std::string& name, std::vector<std::string> others = {}) {
+  if (defaultModel(name) || defaultEllipsoid(name)) return {};
+  others.insert(others.end(), {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko"});
+  return nearestName(name, others);
+}
+
 namespace fs = std::filesystem;
 
 /// Whether the request states that there are such cells, or is only a detail of cells that another one
@@ -220,9 +227,13 @@ class PackedSpecies {
   void requireNumbers() const {
     for (const SpeciesRequest& request : all_)
       if (!request.count && !request.ratio && !request.fixed && !request.start && !request.inBlood &&
-          !(hematocrit_ && isRedCell(request)))
-        throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(simulation_),
-                                     request.name, isRedCell(request) ? " or a hematocrit" : " or a ratio"));
+          !(hematocrit_ && isRedCell(request))) {
+        const auto similar = similarCell(request.name);
+        const std::string hint = similar ? fmt::format("Did you mean '{}'? Otherwise g", *similar) : "G";
+        throw InputError(fmt::format("{}: how many '{}'? {}ive it a count{}", sourceOf(simulation_),
+                                     request.name, hint,
+                                     isRedCell(request) ? " or a hematocrit" : " or a ratio"));
+      }
   }
 
   const Request& request_;
@@ -297,7 +308,7 @@ std::vector<PresentCell> cellsOfState(const Source& file, const std::string& nam
   for (Cell& cell : state.cells) {
     const StateCells::Kind& kind = state.species[cell.species];
     if (kind.name != name) continue;
-    PresentCell& present = cells.emplace_back(posLineOf(cell.pose));
+    PresentCell& present = cells.emplace_back(lineOf(cell));
     present.vertices = std::move(cell.vertices);
     if (present.vertices.empty()) continue;
     if (triangles.empty()) triangles = kind.mesh.triangles;
@@ -310,7 +321,7 @@ std::vector<PresentCell> cellsOfState(const Source& file, const std::string& nam
 
 /// The cells of a kind whose lines of a .pos file are given as numbers.
 std::vector<PresentCell> cellsOfRows(const MemoryInput& given, const std::string& name) {
-  const StateTable& rows = *given.find(name);
+  const StateTable& rows = given.table(name, 6);
   std::vector<PresentCell> cells;
   for (std::size_t i = 0; i < rows.values.size(); i += 6) {
     const double* const v = &rows.values[i];
@@ -370,6 +381,7 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
     }
   }
   if (names.empty()) return "";
+  if (const auto near = similarCell(request.name, names)) return fmt::format(" (did you mean '{}'?)", *near);
   std::sort(names.begin(), names.end());
   std::vector<std::string> files;
   for (const std::string& name : names) files.push_back(name + ".xml");
@@ -425,17 +437,16 @@ void useCase(const Case& simulation, const SpeciesRequest& request, SpeciesPlan&
 void useRunning(const RunningSystem& running, const SpeciesRequest& request, SpeciesPlan& species) {
   const BuiltCell* built = running.cell(request.name);
   if (!built) {
-    std::vector<std::string> names;
-    for (const BuiltCell& cell : running.cells) names.push_back(cell.name);
-    throw InputError(
-        fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
+    std::vector<std::string> all;
+    for (const BuiltCell& cell : running.cells) all.push_back(cell.name);
+    throw InputError(fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(all)));
   }
   species.kind = SpeciesPlan::Template::built;
   species.builtMesh = built->mesh;
   species.model.hemocellVolume = built->hemocellVolume;
   species.origin = "built by HemoCell";
   const fs::path xml = request.name + ".xml";  // as HemoCell has read it
-  if (isThere(xml)) species.model.membrane = readMembrane(xml);
+  if (isThere(xml)) species.model.membrane = readMembrane(xml, request.name);
 }
 
 /// The shape of cells of this name in HemoCell and packCells.
@@ -446,9 +457,10 @@ void useDefault(SpeciesPlan& species) {
   } else if (const auto axes = defaultEllipsoid(species.name)) {
     useEllipsoid(Vec3((*axes)[0], (*axes)[1], (*axes)[2]), "packCells' ellipsoid", species);
   } else {
+    const auto similar = similarCell(species.name);
     throw UsageError(fmt::format(
-        "cell '{}' is unknown: give it axes (" + named("cell") + ") or a mesh (" + named("cell-mesh") + ")",
-        species.name));
+        "cell '{}' is unknown{}: give it axes (" + named("cell") + ") or a mesh (" + named("cell-mesh") + ")",
+        species.name, similar ? fmt::format(" (did you mean '{}'?)", *similar) : ""));
   }
 }
 
@@ -570,8 +582,9 @@ CheckedSpecies plansToCheck(const Request& request, const Case* simulation, cons
     if (known) {
       found.plans.push_back(planOf(one, request, simulation, warnings));
     } else {
-      found.unchecked.push_back(name + ".pos");
-      warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
+      found.unchecked.push_back(
+          name + (request.startStates.empty() ? ".pos" : " of " + request.startStates.front().string()));
+      warnings.push_back(fmt::format("{} is not checked: {}", found.unchecked.back(),
                                      simulation ? "there is no " + name + ".xml"
                                                 : "its shape is unknown (" + named("cell") + " or " +
                                                       named("cell-mesh") + " defines it)"));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "hemocell_adapter/base/messages.h"
@@ -95,7 +96,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   if (const double limit = limits_.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto left = remaining(progress, seconds))
-    line += fmt::format(", about {} left", durationText(std::ceil(*left)));
+    line += fmt::format(", {} {} left", soft ? "at least" : "about", durationText(std::ceil(*left)));
   return line;
 }
 
@@ -241,6 +242,10 @@ Packing ClearanceSearch::withClearances(const Timer& timer) {
   packing.problem = shared_;
   packing.output = output_;
   packing.state = std::move(end_);
+  const bool promised = output_.stateFile && packing.cellCount > 0 &&
+                        (packing.outcome == Outcome::certified || problem_.request.bestEffort);
+  if (!ended && promised && !packing.state)
+    throw std::logic_error("the packing has ended without the state that is to be written");
   return packing;
 }
 

@@ -60,16 +60,16 @@ Packing placeCells(const StateCells& state, const std::vector<int>& kinds,
       else
         others[packing.cells.size()] = cell.vertices;
     }
-    packing.cells.push_back({species, shape, placementOf(problem->read->lineOf(cell.pose))});
+    packing.cells.push_back({species, shape, placementOf(lineOf(cell))});
     packing.poses.push_back(cell.pose);
   }
   packing.cellCount = problem->ranks.sum(std::int64_t(state.cells.size()));
-  if (problem->ranks.any(!others.empty())) {
-    auto with = std::make_shared<Problem>(*problem);
-    deform(packing.cells, others, with->shapes, problem->ranks);
-    problem = std::move(with);
-  }
-  packing.problem = std::move(problem);
+  auto with = std::make_shared<Problem>(*problem);
+  auto read = std::make_shared<ReadLines>(*problem->read);
+  read->add(state.cells);
+  with->read = std::move(read);
+  if (problem->ranks.any(!others.empty())) deform(packing.cells, others, with->shapes, problem->ranks);
+  packing.problem = std::move(with);
   return packing;
 }
 
@@ -199,6 +199,7 @@ void savePacking(const Packing& packing, const fs::path& file) {
   state.position.fewer = packing.outcome == Outcome::outOfReach;
   state.measures = IdShares(packing.cellCount, ranks).collect(ids, own);
   state.columns = deformationColumns(*packing.problem, packing.packed, state.cells);
+  state.columns.push_back(angleColumn(state.cells, *packing.problem->read));
   writeState(file, packingProblemOf(*packing.problem, packing.packed),
              recordOf(*packing.problem->request.asked, file), state);
 }
@@ -215,6 +216,7 @@ StateCells cellsOf(const Packing& packing, const std::vector<StateCells::Kind>& 
     Cell& cell = state.cells.emplace_back();
     cell.species = kindOf[placed.species];
     cell.pose = packing.poses[i];
+    cell.angles = problem.read->lineOf(cell.pose).angles;
     if (problem.isDeformed(placed)) cell.vertices = problem.shapes[placed.shape]->mesh().vertices;
   }
   return state;
@@ -223,14 +225,17 @@ StateCells cellsOf(const Packing& packing, const std::vector<StateCells::Kind>& 
 StateCells gatherCells(const StateCells& own, const Communicator& ranks) {
   std::vector<std::int32_t> kinds;
   std::vector<Pose> poses;
+  std::vector<Vec3> angles;
   std::vector<std::vector<Vec3>> vertices;
   for (const Cell& cell : own.cells) {
     kinds.push_back(cell.species);
+    angles.push_back(cell.angles);
     poses.push_back(cell.pose);
     vertices.push_back(cell.vertices);
   }
   kinds = ranks.gatherAll(kinds);
   poses = ranks.gatherAll(poses);
+  angles = ranks.gatherAll(angles);
   vertices = ranks.gatherRows(vertices);
   StateCells state;
   state.species = own.species;
@@ -238,7 +243,7 @@ StateCells gatherCells(const StateCells& own, const Communicator& ranks) {
   state.period = own.period;
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     state.deformed = state.deformed || !vertices[i].empty();
-    state.cells.push_back({std::int64_t(i), kinds[i], poses[i], std::move(vertices[i])});
+    state.cells.push_back({std::int64_t(i), kinds[i], poses[i], std::move(vertices[i]), -1, angles[i]});
   }
   return state;
 }
@@ -254,7 +259,9 @@ void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const f
     bodies.push_back(stateOf(cell.id, cell.species, cell.species, cell.pose));
     vertices.push_back(std::move(cell.vertices));
   }
-  writeState(file, problem, state.record, finalState(std::move(bodies), Communicator(), std::move(vertices)));
+  PackingState final = finalState(std::move(bodies), Communicator(), std::move(vertices));
+  final.columns = {angleColumn(final.cells, {})};
+  writeState(file, problem, state.record, final);
 }
 
 std::vector<CellColumn> columnsOf(const Packing& packing) {

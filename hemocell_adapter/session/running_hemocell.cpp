@@ -328,7 +328,7 @@ CellsToAdd fillFromState(std::shared_ptr<const Case> simulation, const std::file
         requested(file));
   if (!deformed && !state.certified) return packedFrom(unfinishedText(state), requested(file));
   CellsToAdd filling;
-  for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(posLineOf(cell.pose)));
+  for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(lineOf(cell)));
   CompletedRequest asTheyAre = withoutClearance(requested({}));
   asTheyAre.request.bestEffort = true;  // however dense
   bool certified = false;
@@ -395,7 +395,8 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& 
   if (deformed) vertices = byNumber.collect(ids, std::move(vertices));
   std::int64_t id = ranks.sumBefore({std::int64_t(bodies.size())}).front();
   for (BodyState& body : bodies) body.id = id++;
-  const PackingState state = finalState(std::move(bodies), ranks, std::move(vertices));
+  PackingState state = finalState(std::move(bodies), ranks, std::move(vertices));
+  state.columns = {angleColumn(state.cells, {})};
   const std::string origin =
       deformed ? fmt::format("iteration {}, cells as they were", iteration)
                : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, residual);

@@ -192,7 +192,7 @@ std::string failureText(const Packing& packing, const Delivery& delivery, LumenS
   const Forecast forecast = forecastOf(problem, sample);
   return reachedText(packing) + fixedText(packing) +
          (packing.cellCount == 0
-              ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
+              ? "; " + std::string(delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
          (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : softInstead(problem)) +
          ". " + roomText(problem, forecast, sample);
@@ -258,6 +258,7 @@ std::shared_ptr<const Problem> Session::prepare(const CompletedRequest& complete
   tell(problem->notices);
   if (problem->layout.profile && !completed.request.dryRun && !completed.request.validate)
     problem = correctByPilots(std::move(problem));
+  if (const auto warning = missedHematocritWarning(*problem)) log::warning(*warning);
   if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
   return problem;
 }

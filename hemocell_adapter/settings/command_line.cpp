@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -257,7 +258,7 @@ class Parser {
                            ? "nothing to check: give a config.xml or --box sX sY sZ [µm]"
                            : "no container: give a config.xml or three sizes sX sY sZ [µm]");
     }
-    refuseMisspelledCheck();
+    refuseOtherCommands();
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
       result_.request.config = positionals_.front();
       result_.request.origins["config"] = {};
@@ -277,12 +278,19 @@ class Parser {
     result_.request.boxSize = boxSizes(positionals_, result_.asPackCells, result_.request.remarks);
   }
 
-  /// A word beside a file or sizes that is almost "check".
-  void refuseMisspelledCheck() const {
-    if (positionals_.size() < 2) return;
-    for (const std::string& word : positionals_)
-      if (result_.command != Command::check && nearestName(word, {"check"}))
-        throw UsageError(fmt::format("unknown command '{}', did you mean 'check'?", word));
+  /// A word that is almost "check", or a command of packmesh.
+  void refuseOtherCommands() const {
+    if (positionals_.size() > 1)
+      for (const std::string& word : positionals_)
+        if (result_.command != Command::check && nearestName(word, {"check"}))
+          throw UsageError(fmt::format("unknown command '{}', did you mean 'check'?", word));
+    const std::string& first = positionals_.front();
+    const bool isWord = first.find_first_not_of("abcdefghijklmnopqrstuvwxyz-") == first.npos;
+    std::error_code ignored;
+    if (isWord && !toNumber(first) && !std::filesystem::exists(first, ignored))
+      throw UsageError(fmt::format(
+          "'{}' is neither a file nor a command of packMesh; of packmesh, the other program: packmesh {}",
+          first, fmt::join(positionals_, " ")));
   }
 
   const std::vector<std::string>& words_;

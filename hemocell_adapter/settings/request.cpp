@@ -78,16 +78,9 @@ std::size_t rowsOf(const StateTable& table) {
   return table.values.size() / table.columns;
 }
 
-const StateTable& tableOf(const MemoryInput& given, const std::string& name, int columns) {
-  const StateTable* const table = given.find(name);
-  if (!table || table->columns != columns)
-    throw InputError(fmt::format("{}: expected a table {} with {} columns", given.what, name, columns));
-  return *table;
-}
-
 TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const std::string& triangles) {
   TriangleMesh mesh;
-  const StateTable& points = tableOf(given, vertices, 3);
+  const StateTable& points = given.table(vertices, 3);
   for (std::size_t i = 0; i < rowsOf(points); ++i) {
     mesh.vertices.push_back(rowOf(points, i));
     const Vec3& v = mesh.vertices.back();
@@ -97,7 +90,7 @@ TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const
     if (const std::string fault = coordinateFault(v); !fault.empty())
       throw InputError(fmt::format("{}: vertices[{}]{}", given.what, i, fault));
   }
-  const StateTable& corners = tableOf(given, triangles, 3);
+  const StateTable& corners = given.table(triangles, 3);
   for (std::size_t i = 0; i < rowsOf(corners); ++i) {
     Triangle triangle;
     for (int k = 0; k < 3; ++k) {
@@ -115,12 +108,17 @@ TriangleMesh meshOf(const MemoryInput& given, const std::string& vertices, const
 
 StateCells cellsOf(const MemoryInput& given) {
   StateCells state;
-  const StateTable& box = tableOf(given, boxTable, 3);
+  const StateTable& box = given.table(boxTable, 3);
+  const auto require = [&](bool good, const std::string& table) {
+    if (!good) throw InputError(fmt::format("{}: the table {} is not one of the cells", given.what, table));
+  };
+  require(rowsOf(box) == 3, box.name);
   state.box = {rowOf(box, 0), rowOf(box, 1)};
   state.period = rowOf(box, 2);
   for (const StateTable& table : given.tables) {
     const std::size_t end = table.name.rfind(posesTable);
     if (end == std::string::npos || end + std::string(posesTable).size() != table.name.size()) continue;
+    given.table(table.name, table.columns == 10 ? 10 : 7);  // with angles or, of earlier versions, without
     StateCells::Kind kind;
     kind.name = table.name.substr(0, end);
     kind.mesh = meshOf(given, kind.name + verticesTable, kind.name + trianglesTable);
@@ -128,13 +126,17 @@ StateCells cellsOf(const MemoryInput& given) {
     const StateTable* const membranes = given.find(kind.name + membranesTable);
     const StateTable* const rows = given.find(kind.name + rowsTable);
     const std::size_t size = kind.mesh.vertices.size();
+    require(!rows || (rows->columns == 1 && rows->values.size() == rowsOf(table)), kind.name + rowsTable);
+    const double mostRows = membranes && membranes->columns == 3 ? double(rowsOf(*membranes) / size) : 0.0;
     for (std::size_t i = 0; i < rowsOf(table); ++i) {
+      require(!rows || rows->values[i] <= mostRows - 1.0, kind.name + membranesTable);
       Cell cell;
       cell.id = std::int64_t(state.cells.size());
       cell.species = std::int32_t(state.species.size());
       cell.pose.position = rowOf(table, i);
-      const double* const q = &table.values[7 * i + 3];
+      const double* const q = &table.values[table.columns * i + 3];
       cell.pose.orientation = Quaternion(q[0], q[1], q[2], q[3]);
+      if (table.columns >= 10) cell.angles = Vec3(q + 4);  // earlier versions have none
       if (const double row = rows ? rows->values[i] : -1.0; row >= 0.0)
         for (std::size_t v = 0; v < size; ++v)
           cell.vertices.push_back(rowOf(*membranes, std::size_t(row) * size + v));
@@ -180,6 +182,13 @@ const StateTable* MemoryInput::find(const std::string& name) const {
   return nullptr;
 }
 
+const StateTable& MemoryInput::table(const std::string& name, int columns) const {
+  const StateTable* const found = find(name);
+  if (!found || found->columns != columns || found->values.size() % std::size_t(columns) != 0)
+    throw InputError(fmt::format("{}: expected a table {} with {} columns", what, name, columns));
+  return *found;
+}
+
 bool isState(const Source& source) {
   if (source.given) return source.given->find(boxTable) != nullptr;
   return source.file.extension() == ".h5";
@@ -208,7 +217,7 @@ std::vector<StateTable> storedCells(const StateCells& state) {
   for (std::size_t k = 0; k < state.species.size(); ++k) {
     const StateCells::Kind& kind = state.species[k];
     StateTable vertices{kind.name + verticesTable, 3, {}}, triangles{kind.name + trianglesTable, 3, {}};
-    StateTable poses{kind.name + posesTable, 7, {}}, membranes{kind.name + membranesTable, 3, {}};
+    StateTable poses{kind.name + posesTable, 10, {}}, membranes{kind.name + membranesTable, 3, {}};
     StateTable rows{kind.name + rowsTable, 1, {}};
     for (const Vec3& v : kind.mesh.vertices) add(vertices.values, v);
     for (const Triangle& t : kind.mesh.triangles)
@@ -219,6 +228,7 @@ std::vector<StateTable> storedCells(const StateCells& state) {
       const Quaternion& q = cell.pose.orientation;
       add(poses.values, cell.pose.position);
       poses.values.insert(poses.values.end(), {q.w(), q.x(), q.y(), q.z()});
+      add(poses.values, cell.angles);
       rows.values.push_back(cell.vertices.empty() ? -1.0 : deformed++);
       for (const Vec3& v : cell.vertices) add(membranes.values, v);
     }

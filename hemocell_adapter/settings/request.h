@@ -50,7 +50,9 @@ struct MemoryInput {
   std::string what;  ///< the setting, with which messages begin (messages.h)
   std::vector<StateTable> tables;
 
-  const StateTable* find(const std::string& name) const;
+  const StateTable* find(const std::string& name) const;  ///< nullptr: there is none
+  /// @throws InputError if there is none, or none with so many columns
+  const StateTable& table(const std::string& name, int columns) const;
 };
 /// By their keys.
 using MemoryInputs = std::map<std::string, std::shared_ptr<const MemoryInput>>;
@@ -181,6 +183,7 @@ struct OutputRequest {
   std::optional<std::filesystem::path> stateFile;
   double checkpointEvery = 0.0;  ///< [s]; 0: only at signals and at the end
   bool povScene = false, vtp = false, vtpMeshes = false;
+  bool undeformed = false;  ///< in formats that hold poses, deformed cells are written undeformed
   bool writesVtp() const { return vtp || povScene; }  ///< pictures are made of these files
   std::int64_t frames = 0;                          ///< interval in states of the engine; 0: none are written
   std::optional<std::filesystem::path> reportFile;  ///< .json, or .html together with a .json file
@@ -290,8 +293,8 @@ inline constexpr const char* developedProfile = "developed";
 
 /// Names of the export formats.
 inline constexpr const char* exportFormats[] = {
-    "csv",    "espresso", "extxyz", "gsd", "lammps",    "lammps-molecular",
-    "mirheo", "npfem",    "stl",    "vtk", "vtk-meshes"};
+    "csv", "espresso", "espresso-membranes", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "npfem",
+    "stl", "vtk",      "vtk-meshes"};
 
 /// A larger number of species is probably an error.
 constexpr std::size_t mostSpecies = 10'000;

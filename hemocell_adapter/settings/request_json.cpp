@@ -142,8 +142,11 @@ class Statement {
       const std::string name = std::get<std::string>(valueIn(specs::name(), one["name"], heading("species")));
       const auto attribute = [&](const std::string& key) { return heading("species." + key, name); };
       refuseBoth([&](const char* key) { return isStated(one, key); }, heading("species", name));
-      attributes(speciesAttributes(), one, speciesNamed(request_, name), attribute,
-                 [&](const std::string& key) { request_.origins[keyOfSpecies(name, key)] = from_; });
+      attributes(
+          speciesAttributes(), one, speciesNamed(request_, name), attribute, [&](const std::string& key) {
+            Origin& origin = request_.origins.try_emplace(keyOfSpecies(name, key), from_).first->second;
+            if (key != "name") origin = from_;  // more about a species that is there already
+          });
       for (const Attribute<SpeciesRequest>& row : speciesAttributes())  // of values that are replaced
         if (!row.get(*findSpecies(request_, name))) request_.origins.erase(keyOfSpecies(name, row.name));
     }

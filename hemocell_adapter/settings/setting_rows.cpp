@@ -477,6 +477,11 @@ std::vector<Setting> outputSettings() {
           .withTag("export")
           .mayRepeat(),
       setting(
+          "undeformed", &O::undeformed, flag(),
+          "write deformed cells undeformed to formats that hold poses (csv, espresso, extxyz, gsd, lammps, "
+          "mirheo, npfem, vtk), which are refused otherwise; a warning says how many of these cells "
+          "overlap"),
+      setting(
           "checkpoint-every", &O::checkpointEvery, number("s", "s", 0, true, 1e9),
           "interval at which a checkpoint is saved beside the state file, to continue after an interruption")
           .byDefault("only at signals and at the end of a run that failed, with --state")

@@ -472,23 +472,24 @@ bool Attempt::leaveOutFailing() {
   return false;
 }
 
-void Attempt::take(const PackingResult& fewer) {
+void Attempt::take(const PackingResult& other) {
   // Ids of the cells in the complete problem: the first ones of every species.
-  const std::vector<std::int64_t> before = problem_.execution.communicator.sumBefore(fewer.counts);
+  const std::vector<std::int64_t> before = problem_.execution.communicator.sumBefore(other.counts);
   std::vector<Body> bodies;
   std::int64_t first = 0;  // id
-  for (std::size_t s = 0; s < fewer.counts.size(); ++s) {
-    for (std::int64_t n = 0; n < fewer.counts[s]; ++n)
-      bodies.push_back(makeBody(first + before[s] + n, static_cast<int>(s), fewer.cells[bodies.size()].shape,
-                                fewer.poses[bodies.size()]));
+  for (std::size_t s = 0; s < other.counts.size(); ++s) {
+    for (std::int64_t n = 0; n < other.counts[s]; ++n)
+      bodies.push_back(makeBody(first + before[s] + n, static_cast<int>(s), other.cells[bodies.size()].shape,
+                                other.poses[bodies.size()]));
     first += problem_.physics.species[s].count;
   }
+  const bool whole = other.cellCount >= cells_;
   RelaxationState state;
   state.sweeps = placed_ ? placed_->relaxation.sweeps() : 0;
-  place(std::move(bodies), {Stage::certificate, true, 0, {}}, state);
+  place(std::move(bodies), {Stage::certificate, !whole, 0, {}}, state);
   repairs_.clear();
-  PackingResult& result = end_.emplace<PackingResult>(fewer);
-  result.outcome = fewer.cellCount >= cells_ ? Outcome::certified : Outcome::outOfReach;
+  PackingResult& result = end_.emplace<PackingResult>(other);
+  result.outcome = whole ? Outcome::certified : Outcome::outOfReach;
 }
 
 void Attempt::keepEnd() {

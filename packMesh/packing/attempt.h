@@ -40,11 +40,13 @@ class Attempt {
   /// @return whether this was completed in time
   bool leaveOutFailing();
 
-  /// Replaces the cells by those of another attempt, certified, at fewer cells of the same species.
-  void take(const PackingResult& fewer);
+  /// Replaces the cells by those of another attempt, certified: cells of the same species, all or fewer.
+  void take(const PackingResult& other);
 
   /// The certified cells, of which the statistics are still open: all, or fewer; nullptr: none so far.
   const PackingResult* certifiedCells() const { return std::get_if<PackingResult>(&end_); }
+  /// Whether they are all that were requested, however they were found.
+  bool hasAllCertified() const { return certifiedCells() && certifiedCells()->outcome == Outcome::certified; }
 
   /// Whether cells have been placed, so that there is a state to save. Pre: states are saved
   bool hasBegun() const { return kept_.has_value(); }

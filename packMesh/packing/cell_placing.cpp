@@ -204,6 +204,7 @@ std::optional<Pose> triedPose(const Physics& physics, const AccessibleSpace* spa
     if (wall && wall->distance(pose.position).distance < physics.wallClearanceOf(species)) return {};
   }
   if (wall && wall->examine({shape.hierarchy(), pose.placement()}, 0.0).violation) return {};
+  if (!isClearOfItself(physics, shape, pose.orientation)) return {};
   return pose;
 }
 

@@ -170,7 +170,7 @@ class Search {
     std::optional<PackingResult> last = std::move(found_.packing);
     found_.packing = trial_->attempt.takeResult();
     trial_.reset();
-    return !exceeds_ || keepRequested(counts, std::move(last));
+    return keepRequested(counts, std::move(last));
   }
 
   /// If the packing that was found has more cells than requested, only the first ones: they have nothing to

@@ -41,7 +41,7 @@ void checkFits(const Species& species, const Shape& shape, const Container& cont
   constexpr double surely = 0.98;  // depths inside meshes are interpolated
   if (room.minCoeff() <= 2.0 * surely * shape.halfThickness() || shape.volume() > container.volume())
     throw InputError(
-        "a cell of species '" + species.name + "' (" + number(2.0 * shape.radius()) + " µm wide, " +
+        "a cell of species '" + species.kindName() + "' (" + number(2.0 * shape.radius()) + " µm wide, " +
         number(shape.volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +
         (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
 }
@@ -54,8 +54,9 @@ void checkPeriods(const Species& species, const Shape& shape, const PackingProbl
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
       throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +
-                       ", is too small for the certificate: a cell of species '" + species.name + "' is " +
-                       number(width) + " µm wide, and gaps up to " + number(gap) + " µm are measured");
+                       ", is too small for the certificate: a cell of species '" + species.kindName() +
+                       "' is " + number(width) + " µm wide, and gaps up to " + number(gap) +
+                       " µm are measured");
 }
 
 /// Cells with a clearance c remain disjoint when each is dilated by c/2, and are then inside the lumen
@@ -82,7 +83,9 @@ void checkRoomForClearance(const PackingProblem& problem) {
 }
 
 void checkShapes(const Species& species, const Physics& physics) {
-  const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
+  const auto refuse = [&](const char* what) {
+    throw InputError("species '" + species.kindName() + "' " + what);
+  };
   const auto exists = [&](int shape) {
     return shape >= 0 && shape < static_cast<int>(physics.shapes.size()) && physics.shapes[shape];
   };
@@ -94,7 +97,9 @@ void checkShapes(const Species& species, const Physics& physics) {
 
 void checkStart(const Species& species) {
   const Freedom& freedom = species.freedom;
-  const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
+  const auto refuse = [&](const char* what) {
+    throw InputError("species '" + species.kindName() + "' " + what);
+  };
   if (freedom.fixed && species.placed() != species.count)
     refuse("is fixed, so each of its cells needs an initial pose");
   species.forEachStart([&](int, const Pose& pose) {
@@ -114,7 +119,7 @@ void checkColumns(const PackingProblem& problem) {
   for (const Species& one : problem.physics.species) {
     if (!one.inColumns) continue;
     const auto refuse = [&](const char* what) {
-      throw InputError("species '" + one.name + "' cannot start in columns: " + what);
+      throw InputError("species '" + one.kindName() + "' cannot start in columns: " + what);
     };
     if (++species > 1) refuse("another species does as well");
     if (one.placed() > 0 || !one.deformed.empty()) refuse("some of its cells exist already");
@@ -137,7 +142,7 @@ void checkFixed(const Physics& physics, const Threads& threads) {
     if (!species.freedom.fixed) continue;
     species.forEachStart([&, first = cells.size()](int shape, const Pose& pose) {
       cells.push_back({static_cast<int>(s), shape, physics.placement(pose)});
-      names.push_back("cell " + std::to_string(cells.size() - first) + " of '" + species.name + "'");
+      names.push_back("cell " + std::to_string(cells.size() - first) + " of '" + species.kindName() + "'");
     });
   }
   if (cells.empty()) return;
@@ -171,10 +176,10 @@ void validate(const PackingProblem& problem) {
   for (const Species& species : problem.physics.species) {
     checkShapes(species, problem.physics);
     if (species.count < 0)
-      throw InputError("species '" + species.name + "' has a negative count, " +
+      throw InputError("species '" + species.kindName() + "' has a negative count, " +
                        std::to_string(species.count));
     if (species.undeformed() < 0)
-      throw InputError("species '" + species.name + "' has more deformed cells than cells");
+      throw InputError("species '" + species.kindName() + "' has more deformed cells than cells");
     checkStart(species);
     if (species.count == 0) continue;
     species.forEachShape([&](int s, std::int64_t) {
@@ -248,12 +253,11 @@ PackingResult pack(const PackingProblem& problem) {
   Densest fewer;
   if (!packed && !control.interrupted() && problem.execution.limits.fewerCells) {
     fewer = packFewer(problem, control, all);
-    packed = fewer.whole;
+    packed = all.hasAllCertified();
   }
-  const bool keepsFewer = problem.execution.limits.fewerCells && problem.checkpoints &&
-                          problem.checkpoints->endsWithFewer && all.certifiedCells();
   if (problem.checkpoints) {
-    if (!control.interrupted() && (packed || keepsFewer)) all.keepEnd();
+    const bool ends = packed || (problem.checkpoints->endsWithFewer && all.certifiedCells());
+    if (!control.interrupted() && ends) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.checkpointState());
   }
   PackingResult result = all.takeResult();

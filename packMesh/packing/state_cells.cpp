@@ -36,6 +36,11 @@ std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, St
     const std::vector<std::int32_t> triangles = in.table<std::int32_t>(path + "/triangles", 3);
     for (std::size_t i = 0; i + 2 < vertices.size(); i += 3)
       kind.mesh.vertices.emplace_back(vertices[i], vertices[i + 1], vertices[i + 2]);
+    const auto isVertex = [size = std::int64_t(kind.mesh.vertices.size())](std::int32_t v) {
+      return v >= 0 && v < size;
+    };
+    if (!std::all_of(triangles.begin(), triangles.end(), isVertex))
+      in.fail("is damaged: a triangle refers to no vertex");
     for (std::size_t i = 0; i + 2 < triangles.size(); i += 3)
       kind.mesh.triangles.push_back({triangles[i], triangles[i + 1], triangles[i + 2]});
     state.species.push_back(std::move(kind));
@@ -51,9 +56,10 @@ void readMembranes(const Hdf5Reader& in, const std::vector<std::int32_t>& specie
   std::map<std::int32_t, std::pair<std::int64_t, std::int64_t>> ranges;  // of rows, by species
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i] < 0) continue;
-    auto& [begin, end] = ranges.try_emplace(species[i], rows[i], rows[i]).first->second;
-    begin = std::min<std::int64_t>(begin, rows[i]);
-    end = std::max<std::int64_t>(end, rows[i] + 1);
+    const std::int64_t row = rows[i];
+    auto& [begin, end] = ranges.try_emplace(species[i], row, row).first->second;
+    begin = std::min(begin, row);
+    end = std::max(end, row + 1);
   }
   for (const auto& [s, range] : ranges) {
     const std::int64_t size = in.size(pathOfSpecies(s) + "/vertices")[0];
@@ -83,8 +89,8 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
   const auto orientation = in.table<double>("/cells/orientation", 4, first, count);
   const auto scale = in.table<double>("/cells/scale", 1, first, count);
   const auto gap = in.table<double>("/cells/gap", 1, first, count);
-  std::int32_t last = -1;
-  for (const std::int32_t s : in.table<std::int32_t>("/cells/species", 1)) last = std::max(last, s);
+  std::int64_t last = -1;
+  for (const std::int64_t s : in.table<std::int32_t>("/cells/species", 1)) last = std::max(last, s);
   const std::vector<std::int32_t> kinds = readKinds(in, last + 1, state);
   if (in.has("/lumen")) {
     const std::vector<double> box = in.table<double>("/lumen/box", 3, 0, 3);
@@ -93,7 +99,9 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     state.period = row(2);
   }
   std::vector<std::int32_t> shapes;
+  std::vector<double> angles;
   if (in.has("/cells/shape")) shapes = in.table<std::int32_t>("/cells/shape", 1, first, count);
+  if (in.has("/cells/angles")) angles = in.table<double>("/cells/angles", 3, first, count);
   state.deformed = in.has(membraneRows);
   state.certified = true;
   for (std::int64_t i = 0; i < count; ++i) {
@@ -110,6 +118,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     if (std::abs(scale[i] - 1.0) > rounding) in.fail("has cells that still grow: continue that run first");
     cell.species = kinds[species[i]];
     if (!shapes.empty()) cell.shape = shapes[i];
+    if (!angles.empty()) cell.angles = Vec3(&angles[3 * i]);
     ++state.species[cell.species].count;
     state.cells.push_back(std::move(cell));
     state.certified = state.certified && !std::isnan(gap[i]);

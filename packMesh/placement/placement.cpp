@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "packMesh/core/random.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/blocks.h"
 #include "packMesh/placement/accessible_space.h"
 
@@ -35,6 +36,9 @@ constexpr std::int64_t betweenPolls = 100;
 /// twentieth.
 constexpr std::uint32_t evenTries = 8;
 
+/// Orientations that are tried until a cell does not meet its own images.
+constexpr std::uint32_t clearTries = 200;
+
 /// Position at which to try to place the centre of a cell.
 Vec3 centre(const Box& room, double volume, std::uint64_t seed, std::uint64_t id, std::uint32_t attempt) {
   const auto u = uniform4(seed, RandomStream::position, id, attempt);
@@ -56,6 +60,19 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
   const Quaternion toAxis = Quaternion::FromTwoVectors(Vec3::UnitY(), cone.axis);
   const Quaternion turn(Quaternion::around(Vec3::UnitY(), twoPi * w));
   return cone.nearest((toAxis * tilt * turn).normalized());
+}
+
+/// The orientation in which a cell is placed at first.
+Quaternion firstOrientation(const Physics& physics, const Freedom& freedom, const Shape& shape,
+                            std::uint64_t id) {
+  if (!physics.rotate) return Quaternion::Identity();
+  Quaternion orientation;
+  for (std::uint32_t attempt = 0; attempt < clearTries; ++attempt) {
+    const auto u = uniform4(physics.seed, RandomStream::orientation, id, attempt);
+    orientation = randomOrientation(freedom.cone, u[0], u[1], u[2]);
+    if (isClearOfItself(physics, shape, orientation)) break;
+  }
+  return orientation;
 }
 
 }  // namespace
@@ -80,6 +97,25 @@ Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, doub
   return cone ? withinCone(*cone, u, v, w) : uniformRotation(u, v, w);
 }
 
+bool isClearOfItself(const Physics& physics, const Shape& shape, const Quaternion& orientation) {
+  const Vec3& period = physics.container->period();
+  const double reach = 2.0 * shape.radius();
+  std::array<int, 3> most = {0, 0, 0};
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) most[k] = int(reach / period[k]);
+  const Placement at = Pose{1.0, orientation, Vec3::Zero()}.placement();
+  for (int i = 0; i <= most[0]; ++i)
+    for (int j = i == 0 ? 0 : -most[1]; j <= most[1]; ++j)
+      for (int k = i == 0 && j == 0 ? 1 : -most[2]; k <= most[2]; ++k) {
+        const Vec3 shift = period.cwiseProduct(Vec3(i, j, k));
+        if (shift.norm() > reach) continue;
+        const Placement image = {at.linear, at.translation + shift};
+        if (relate(shape.hierarchy(), at, shape.hierarchy(), image).relation != MeshRelation::apart)
+          return false;
+      }
+  return true;
+}
+
 std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
                                 int shapeNumber, std::int64_t firstId, std::int64_t count,
                                 const AccessibleSpace* space) {
@@ -95,9 +131,7 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
   };
   const bool inBounds = space && space->volume() > sparse * room.volume();
   const auto placeWithin = [&](std::uint64_t id, Pose& pose) {
-    const auto u = uniform4(physics.seed, RandomStream::orientation, id, 0);
-    const Quaternion wish =
-        physics.rotate ? randomOrientation(freedom.cone, u[0], u[1], u[2]) : Quaternion::Identity();
+    const Quaternion wish = firstOrientation(physics, freedom, shape, id);
     for (std::uint32_t attempt = inBounds ? 0 : evenTries; attempt < evenTries; ++attempt) {
       const auto fit = space->fitting(centre(room, shape.volume(), physics.seed, id, attempt), wish);
       if (!fit) continue;
@@ -125,9 +159,7 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
       best = distance;
       pose.position = p;
     }
-    if (!physics.rotate) return;
-    const auto u = uniform4(physics.seed, RandomStream::orientation, id, 0);
-    pose.orientation = randomOrientation(freedom.cone, u[0], u[1], u[2]);
+    pose.orientation = firstOrientation(physics, freedom, shape, id);
   };
   std::atomic<bool> stops{false};
   execution.threads.forEachPart(

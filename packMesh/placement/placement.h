@@ -34,11 +34,15 @@ constexpr double jitter = 1.0 / 3.0;
 /// about the axis uniform.
 Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, double v, double w);
 
+/// Whether a cell of full size in this orientation meets none of its own periodic images: always, if no
+/// period is shorter than the cell.
+bool isClearOfItself(const Physics& physics, const Shape& shape, const Quaternion& orientation);
+
 /// Random poses of scale 1 of cells of a species, within its freedom: centres uniform over the lumen, but
 /// more evenly spread than independent points (and, where there is room, as far from the wall as the smallest
-/// half-thickness of the shape); orientations uniform, or the identity without Physics::rotate. Cells
-/// overlap. Each pose depends only on the physics, the seed among them, and the cell's id. If interrupted,
-/// the remaining cells have default poses.
+/// half-thickness of the shape); orientations uniform among those clear of themselves, or the identity
+/// without Physics::rotate. Cells overlap. Each pose depends only on the physics, the seed among them, and
+/// the cell's id. If interrupted, the remaining cells have default poses.
 /// @param shape of the cells
 /// @param firstId of `count` cells: numbers over all species
 /// @param space of the species: cells start where they do not meet the wall; nullptr: anywhere in the lumen

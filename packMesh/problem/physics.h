@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,6 +29,9 @@ struct Cell {
   std::vector<Vec3> vertices = {};
   /// Of these, in a state of a packing: index into Physics::shapes of what was packed; -1: not known.
   std::int32_t shape = -1;
+  /// As in a .pos file [degrees], for the rotation with which the cell was certified; NaN: follow from the
+  /// pose.
+  Vec3 angles = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
 /// A cell as the numbers written to files place it: certificate and acceptance refer to these, which are not

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -22,6 +23,10 @@ constexpr double areaPole = 0.0625;
 
 /// Share of the limit beyond which a law is linear: nearer to the pole it is stiffer than steps allow for.
 constexpr double linkTurn = 0.5, bendTurn = 0.8, areaTurn = 0.92, volumeTurn = 0.2;
+/// Links through platelets are so much stiffer than those of edges (pltSimpleModel.cpp).
+constexpr double innerLinkFactor = 5.0;
+/// More than any strain: a spring that pulls.
+constexpr float anyStrain = 1e9f;
 
 MembraneLaw law(double limit, double share) {
   const double x2 = share * limit, rest = limit - x2;
@@ -48,6 +53,7 @@ struct DoubleAccess {
   static double real(float v) { return v; }
   static double root(double v) { return std::sqrt(v); }
   static double clamp(double v, float most) { return std::min(std::max(v, -double(most)), double(most)); }
+  static double least(double v, float other) { return std::min(v, double(other)); }
   static double load(const double* from, int i) { return from[i]; }
   static void store(double v, double* to, int i) { to[i] = v; }
 };
@@ -71,10 +77,12 @@ Membrane::Membrane(const TriangleMesh& mesh, const MembraneConstants& constants)
     }
   for (const auto& edge : edges_)
     for (const int v : edge) end_.push_back(std::int16_t(v));
-  findRings();
-  measureRest();
   const double kT = constants.thermalEnergy;
   linkForce_ = constants.link * kT / persistenceLength;
+  findRings();
+  measureRest();
+  if (constants.model == MembraneModel::platelet) findHinges();
+  if (constants.model != MembraneModel::highOrder) findSprings();
   bendForce_ = constants.bend * kT / referenceLength;
   const double triangles = referenceTriangles / double(mesh.triangles.size());
   areaForce_ = constants.area * triangles * kT / referenceLength;
@@ -130,6 +138,62 @@ void Membrane::measureRest() {
   }
 }
 
+/// HemoCell takes the two triangles of an edge in the order in which they stand around its first vertex, from
+/// the first triangle of the mesh with that vertex on (Palabos:
+/// TriangularSurfaceMesh::getAdjacentTriangleIds(), TriangleToDef::computeEmanatingEdges()). With these in
+/// the other order, as at the edge where that begins, the angle has the other sign, and so has the force:
+/// away from rest.
+void Membrane::findHinges() {
+  std::map<std::array<int, 2>, std::array<int, 2>> leftOf;  // of an edge: the triangle, its third corner
+  std::vector<int> beginsAt(mesh_.vertices.size(), -1);
+  for (int t = 0; t < int(mesh_.triangles.size()); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Triangle& corner = mesh_.triangles[t];
+      const int from = corner[k], to = corner[(k + 1) % 3];
+      leftOf[{from, to}] = {t, corner[(k + 2) % 3]};
+      if (beginsAt[from] < 0) beginsAt[from] = to;
+    }
+  for (const auto& [a, b] : edges_) {
+    const auto [leftTriangle, left] = leftOf.at({a, b});
+    const auto [rightTriangle, right] = leftOf.at({b, a});
+    hinges_.all.push_back({right, left, rightTriangle, leftTriangle, 0.0, beginsAt[a] == b ? -1.0 : 1.0});
+    Hinge& hinge = hinges_.all.back();
+    hinge.angle = angleAt(mesh_.vertices, hinges_.all.size() - 1);
+    for (const int number : {right, left, rightTriangle, leftTriangle})
+      hinges_.corner.push_back(std::int16_t(number));
+    hinges_.rest.insert(hinges_.rest.end(), {float(std::cos(hinge.angle)), float(std::sin(hinge.angle))});
+  }
+}
+
+void Membrane::findSprings() {
+  const auto add = [&](const std::array<int, 2>& end, double length, double force, bool pulls) {
+    if (force == 0.0 || length == 0.0) return;
+    springs_.all.push_back({end, length, force, pulls});
+    for (const int v : end) springs_.end.push_back(std::int16_t(v));
+    springs_.number.insert(springs_.number.end(),
+                           {float(1.0 / length), float(force), pulls ? anyStrain : 0.0f});
+  };
+  for (const auto& end : constants_.innerLinks) {
+    for (const int v : end)
+      if (v < 0 || v >= int(mesh_.vertices.size()) || end[0] == end[1])
+        throw InputError(fmt::format("an inner link between the vertices {} and {}, of {} from 0 on", end[0],
+                                     end[1], mesh_.vertices.size()));
+    if (constants_.model == MembraneModel::platelet)
+      add(end, (mesh_.vertices[end[1]] - mesh_.vertices[end[0]]).norm(), innerLinkFactor * linkForce_, true);
+    else
+      for (const MembraneConstants::Core& core : {constants_.cytoskeleton, constants_.core})
+        add(end, 2.0 * core.radius, core.force, false);
+  }
+}
+
+/// Between the triangles at an edge, negative where it is convex [rad].
+double Membrane::angleAt(const std::vector<Vec3>& x, std::size_t edge) const {
+  const auto& [a, b] = edges_[edge];
+  const Vec3 right = crossOfEdges(x, mesh_.triangles[hinges_.all[edge].rightTriangle]).normalized();
+  const Vec3 left = crossOfEdges(x, mesh_.triangles[hinges_.all[edge].leftTriangle]).normalized();
+  return std::atan2(right.cross(left).dot((x[b] - x[a]).normalized()), right.dot(left));
+}
+
 /// The normal that bending refers to, and the deviation of the centre of the neighbours along it.
 std::pair<Vec3, double> Membrane::patchAt(const std::vector<Vec3>& x, int v) const {
   Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
@@ -155,6 +219,10 @@ MembraneView Membrane::view() const {
   m.inverseLength = inverseLength_.data();
   m.inverseArea = inverseArea_.data();
   m.deviation = deviationView_.data();
+  // HemoCell's force does not depend on the height of the triangles; that of an energy does.
+  const auto height = float(0.5 * std::sqrt(3.0) * meanEdge_);
+  m.model.hinges = {hinges_.all.empty() ? nullptr : hinges_.corner.data(), hinges_.rest.data(), height};
+  m.model.springs = {int(springs_.all.size()), springs_.end.data(), springs_.number.data()};
   m.inverseMeanEdge = float(1.0 / meanEdge_);
   m.inverseMeanArea = float(double(m.triangles) / area_);
   m.inverseVolume = float(1.0 / volume_);
@@ -165,7 +233,7 @@ MembraneView Membrane::view() const {
   m.areaForce = float(areaForce_ / constants_.spacing * 2.0 / std::sqrt(3.0));
   m.volumeForce = float(volumeForce_);
   m.link = law(MembraneLimits::link, linkTurn);
-  m.bend = law(MembraneLimits::bend, bendTurn);
+  m.bend = law(hinges_.all.empty() ? MembraneLimits::bend : MembraneLimits::angle, bendTurn);
   m.area = law(areaPole, areaTurn);
   m.volume = law(MembraneLimits::volume, volumeTurn);
   m.volumeStiffness = float(3.0 * volumeForce_ * double(m.triangles) / area_ / volume_ * volumeGradient_ *
@@ -191,7 +259,16 @@ double membraneEnergy(const Membrane& membrane, const std::vector<Vec3>& vertice
     const double rest = scale * membrane.length_[e];
     energy += m.linkForce * rest * integral(m.link, (vertices[b] - vertices[a]).norm() / rest - 1.0);
   }
-  for (int v = 0; v < m.vertices; ++v) {
+  for (const Membrane::Spring& spring : membrane.springs_.all) {
+    const double rest = scale * spring.length;
+    const double x = spring.strain((vertices[spring.end[1]] - vertices[spring.end[0]]).norm() / scale);
+    energy += 0.5 * spring.force * rest * x * x;
+  }
+  for (std::size_t e = 0; e < membrane.hinges_.all.size(); ++e) {
+    const double off = membrane.angleAt(vertices, e) - membrane.hinges_.all[e].angle;
+    energy += m.bendForce * scale * m.model.hinges.height * integral(m.bend, std::remainder(off, 2.0 * M_PI));
+  }
+  for (int v = 0; v < (m.model.hinges.corner ? 0 : m.vertices); ++v) {
     const double off = membrane.patchAt(vertices, v).second - scale * membrane.deviation_[v];
     const double unit = scale * membrane.meanEdge_;
     energy += m.bendForce * unit * integral(m.bend, off / unit);
@@ -205,6 +282,26 @@ double membraneEnergy(const Membrane& membrane, const std::vector<Vec3>& vertice
   energy += 3.0 * m.volumeForce * m.inverseMeanArea / (scale * scale) * rest *
             integral(m.volume, volume / rest - 1.0);
   return energy;
+}
+
+void Membrane::addHemocellBending(const std::vector<Vec3>& x, std::vector<Vec3>& force) const {
+  for (std::size_t e = 0; e < hinges_.all.size(); ++e) {
+    const Hinge& hinge = hinges_.all[e];
+    const Vec3 normals = crossOfEdges(x, mesh_.triangles[hinge.rightTriangle]).normalized() +
+                         crossOfEdges(x, mesh_.triangles[hinge.leftTriangle]).normalized();
+    const double angle = hinge.sense * (angleAt(x, e) - hinge.angle);
+    const Vec3 bending = 0.5 * bendForce_ * hemocellLaw(MembraneLimits::angle, angle) * normals;
+    for (const int v : edges_[e]) force[v] += bending;
+    for (const int v : {hinge.right, hinge.left}) force[v] -= bending;
+  }
+  for (int v = 0; v < (hinges_.all.empty() ? int(x.size()) : 0); ++v) {
+    const auto [normal, deviation] = patchAt(x, v);
+    const Vec3 bending =
+        bendForce_ * hemocellLaw(MembraneLimits::bend, (deviation - deviation_[v]) / meanEdge_) * normal;
+    force[v] += bending;
+    for (int k = ringBegin_[v]; k < ringBegin_[v + 1]; ++k)
+      force[ring_[k]] -= bending / double(ringBegin_[v + 1] - ringBegin_[v]);
+  }
 }
 
 std::vector<Vec3> hemocellForces(const Membrane& m, const std::vector<Vec3>& x) {
@@ -221,14 +318,13 @@ std::vector<Vec3> hemocellForces(const Membrane& m, const std::vector<Vec3>& x) 
     const Vec3 centroid = (x[corner[0]] + x[corner[1]] + x[corner[2]]) / 3.0;
     for (const int v : corner) force[v] += pull * (centroid - x[v]) + 0.5 * outward * across;
   }
-  for (int v = 0; v < int(x.size()); ++v) {
-    const auto [normal, deviation] = m.patchAt(x, v);
-    const Vec3 bending = m.bendForce_ *
-                         hemocellLaw(MembraneLimits::bend, (deviation - m.deviation_[v]) / m.meanEdge_) *
-                         normal;
-    force[v] += bending;
-    for (int k = m.ringBegin_[v]; k < m.ringBegin_[v + 1]; ++k)
-      force[m.ring_[k]] -= bending / double(m.ringBegin_[v + 1] - m.ringBegin_[v]);
+  m.addHemocellBending(x, force);
+  for (const Membrane::Spring& spring : m.springs_.all) {
+    const auto& [a, b] = spring.end;
+    const double length = (x[b] - x[a]).norm();
+    const Vec3 pull = spring.force * spring.strain(length) / length * (x[b] - x[a]);
+    force[a] += pull;
+    force[b] -= pull;
   }
   for (std::size_t e = 0; e < m.edges_.size(); ++e) {
     const auto& [a, b] = m.edges_[e];

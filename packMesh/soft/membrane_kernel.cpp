@@ -16,6 +16,7 @@ struct LanesAccess {
   static Lanes real(float v) { return splat(v); }
   static Lanes root(const Lanes& v) { return squareRoot(v); }
   static Lanes clamp(const Lanes& v, float most) { return smaller(larger(v, splat(-most)), splat(most)); }
+  static Lanes least(const Lanes& v, float other) { return smaller(v, splat(other)); }
   static Lanes load(const float* from, int i) { return packmesh::load(from + std::ptrdiff_t(i) * laneCount); }
   static void store(const Lanes& v, float* to, int i) {
     packmesh::store(v, to + std::ptrdiff_t(i) * laneCount);

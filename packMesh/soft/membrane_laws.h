@@ -2,6 +2,8 @@
 /// @file The elastic forces that packing uses, for numbers of any kind: double, and sixteen floats at a time.
 #pragma once
 
+#include <initializer_list>
+
 #include "packMesh/soft/soft_kernels.h"
 
 namespace packmesh {
@@ -74,7 +76,11 @@ class MembraneLaws {
   /// Adds up to four numbers per vertex: a force, and a bound of the stiffness [pN/µm].
   void addTo(const Real& volume, Stored* force) {
     edges(force);
-    vertices(force);
+    springs(force);
+    if (m_.model.hinges.corner)
+      hinges(force);
+    else
+      vertices(force);
     triangles(pressure(volume), force);
   }
 
@@ -121,6 +127,63 @@ class MembraneLaws {
     const Real rest = Access::real(m_.link.limit) - inside * inside;
     const Real beyond = Access::real(m_.link.slope) * (strain - inside);
     return (inside * (rest + Access::real(1.0f)) + beyond * rest) / (rest * length);
+  }
+
+  void springs(Stored* force) {
+    for (int s = 0; s < m_.model.springs.count; ++s) {
+      const int a = m_.model.springs.end[2 * s], b = m_.model.springs.end[2 * s + 1];
+      const float* const spring = m_.model.springs.number + 3 * s;
+      const V along = at(b) - at(a);
+      const Real length = Access::root(dot(along, along) + Access::real(tinySquare));
+      const Real perLength = inverse_ * Access::real(spring[0]);
+      const Real strain = Access::least(length * perLength - Access::real(1.0f), spring[2]);
+      const V f = (Access::real(spring[1]) * strain / length) * along;
+      add(force, a, f);
+      put(force, 4 * b, get(force, 4 * b) - f);
+      for (const int v : {a, b}) stiffen(force, v, Access::real(2.0f * spring[1]) * perLength);
+    }
+  }
+
+  /// An angle of a sine and a cosine: four times that of its quarter, of which the tangent is at most 1
+  /// (Abramowitz and Stegun 1964, 4.4.49: to 4e-5).
+  static Real angle(const Real& sine, const Real& cosine) {
+    constexpr float folded = 1e-6f;  // keeps the half of an angle of π from dividing by 0
+    const Real one = Access::real(1.0f), half = sine / (cosine + Access::real(1.0f + folded));
+    const Real quarter = half / (one + Access::root(one + half * half)), squared = quarter * quarter;
+    Real sum = Access::real(0.0208351f);
+    for (const float c : {-0.0851330f, 0.1801410f, -0.3302995f, 0.9998660f})
+      sum = sum * squared + Access::real(c);
+    return Access::real(4.0f) * quarter * sum;
+  }
+
+  /// Bending by the angles between triangles, whose gradients are their normals divided by their heights.
+  void hinges(Stored* force) {
+    const V zero{Access::real(0.0f), Access::real(0.0f), Access::real(0.0f)};
+    for (int v = 0; v < m_.vertices; ++v) put(twist_, 3 * v, zero);
+    const Real unit = scale_ * Access::real(m_.bendForce * m_.model.hinges.height);
+    for (int e = 0; e < m_.edges; ++e) {
+      const std::int16_t* const hinge = m_.model.hinges.corner + 4 * e;
+      const int a = m_.end[2 * e], b = m_.end[2 * e + 1];
+      const V along = at(b) - at(a), right = get(normal_, 5 * hinge[2]), left = get(normal_, 5 * hinge[3]);
+      const Real squared = dot(along, along) + Access::real(tinySquare), length = Access::root(squared);
+      const Real sine = dot(cross(right, left), along) / length, cosine = dot(right, left);
+      const Real cosineRest = Access::real(m_.model.hinges.rest[2 * e]),
+                 sineRest = Access::real(m_.model.hinges.rest[2 * e + 1]);
+      const Law bending =
+          law(m_.bend, angle(sine * cosineRest - cosine * sineRest, cosine * cosineRest + sine * sineRest));
+      const Real perRight = length * Access::load(normal_, 5 * hinge[2] + 3);
+      const Real perLeft = length * Access::load(normal_, 5 * hinge[3] + 3);
+      const V atRight = (unit * bending.value * perRight) * right,
+              atLeft = (unit * bending.value * perLeft) * left;
+      const V atB = (dot(at(hinge[0]) - at(a), along) / squared) * atRight +
+                    (dot(at(hinge[1]) - at(a), along) / squared) * atLeft;
+      put(force, 4 * hinge[0], get(force, 4 * hinge[0]) - atRight);
+      put(force, 4 * hinge[1], get(force, 4 * hinge[1]) - atLeft);
+      add(force, b, atB);
+      add(force, a, atRight + atLeft - atB);
+      const Real k = unit * bending.slope * (perRight + perLeft) * (perRight + perLeft);
+      for (const int v : {a, b, int(hinge[0]), int(hinge[1])}) stiffen(force, v, k);
+    }
   }
 
   void vertices(Stored* force) {

@@ -14,6 +14,27 @@ struct MembraneLaw {
   float limit, turn, slope;
 };
 
+/// Bending by the angles at edges.
+struct HingeView {
+  /// Four per edge: corners at its right and left, and these triangles; nullptr: bending is that of patches.
+  const std::int16_t* corner = nullptr;
+  const float* rest = nullptr;  ///< cosine and sine of the angle of each edge at rest
+  float height = 0.0f;          ///< of triangles [µm]
+};
+
+/// Links through the cell.
+struct SpringView {
+  int count = 0;
+  const std::int16_t* end = nullptr;  ///< two per link
+  const float* number = nullptr;  ///< three per link: inverse length, force at unit strain, largest strain
+};
+
+/// What the models of platelets and white cells have instead, or in addition.
+struct ModelView {
+  HingeView hinges = {};
+  SpringView springs = {};
+};
+
 /// The arrays of a Membrane. Lengths are multiplied by a cell's scale; forces see Membrane.
 struct MembraneView {
   int vertices, edges, triangles;
@@ -28,6 +49,7 @@ struct MembraneView {
   float linkForce, bendForce, areaForce, volumeForce;
   MembraneLaw link, bend, area, volume;
   float volumeStiffness;  ///< largest of the change of volume, as if all vertices moved together [pN/µm]
+  ModelView model = {};
 
   /// Numbers that the forces of a cell need in addition.
   std::size_t scratch() const { return 5 * std::size_t(triangles) + 6 * std::size_t(vertices); }

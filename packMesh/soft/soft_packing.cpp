@@ -66,18 +66,23 @@ constexpr double mostOfDeformed = 0.1;
 /// Iterations between two looks at HemoCell's forces.
 constexpr std::int64_t lookEvery = 5;
 constexpr std::int64_t reportEvery = 10;
-static_assert(reportEvery % lookEvery == 0);  // the estimate is of the last look
-/// In boxes, after cells have grown and bending has its own stiffness: iterations, and decrease of the
-/// logarithm of the largest force in one.
+/// Iterations until cells of full size are at rest, where no fold is left: in boxes.
 constexpr std::int64_t usualRest = 20;
-constexpr double usualDecay = 0.05;
 
 /// Of what is not in the physics.
 std::string digestOf(const std::vector<SoftSpecies>& softness) {
   Digest digest;
   for (const SoftSpecies& one : softness) {
-    const auto& [link, bend, volume, area, thermalEnergy, spacing] = one.membrane;
-    for (const double constant : {link, bend, volume, area, thermalEnergy, spacing}) digest.add(constant);
+    const MembraneConstants& m = one.membrane;
+    for (const double constant : {m.link, m.bend, m.volume, m.area, m.thermalEnergy, m.spacing})
+      digest.add(constant);
+    if (m.model != MembraneModel::highOrder) {
+      digest.add(int(m.model));
+      for (const auto& end : m.innerLinks)
+        for (const int v : end) digest.add(v);
+      for (const MembraneConstants::Core& core : {m.cytoskeleton, m.core})
+        for (const double constant : {core.force, core.radius}) digest.add(constant);
+    }
     digest.add(one.rigid);
   }
   return digest.text();
@@ -224,8 +229,7 @@ class SoftPacker {
   bool isAtRest() {
     const SoftCells& cells = *cells_;
     if (!cells.full() || cells.iterations() % lookEvery != 0) return false;
-    rest_.force = cells.usualForce();
-    const bool small = rest_.force <= rest_.tolerance, late = cells.iterations() % restlessFor == 0;
+    const bool small = cells.usualForce() <= rest_.tolerance, late = cells.iterations() % restlessFor == 0;
     if (!small && !late) return false;
     const Deformation most = largestDeformation();
     if (small && ((most.force <= limits_.aim && limits_.allow(most)) || rest_.tolerance <= leastAtRest))
@@ -278,6 +282,7 @@ class SoftPacker {
     if (soft.membranes != membranesDigest_)
       throw InputError(
           "the cells of the state to continue from have other membranes: the constants of their XML files, "
+          "<kBT>, "
           "the lattice spacing, or which cells are rigid, differ");
     attempt_ = int(soft.counters[1]);
     scale_ = soft.numbers[2];
@@ -500,13 +505,10 @@ class SoftPacker {
     return out;
   }
 
-  /// As far as can be told: some cells keep a fold and come to rest in thousands of iterations.
+  /// At least; 0: not known. Cells that keep a fold come to rest in thousands of iterations.
   std::int64_t iterationsLeft() const {
     const std::int64_t untilFull = cells_->iterationsUntilFull(scale_);
-    if (untilFull > 0) return untilFull + usualRest;
-    if (rest_.tolerance < atRest) return 0;
-    return std::max<std::int64_t>(
-        1, std::llround(std::log(std::max(rest_.force, atRest) / atRest) / usualDecay));
+    return untilFull > 0 ? untilFull + usualRest : 0;
   }
 
   void report() const {
@@ -541,7 +543,6 @@ class SoftPacker {
     double tolerance = atRest;  ///< usual force of the method with which they are at rest [pN]
     double forceBefore = 0.0;   ///< HemoCell's at the last decision; 0: none since folds were opened [pN]
     int unfolded = 0;           ///< how often sharp folds were opened
-    double force = 0.0;         ///< SoftCells::usualForce() at the last look [pN]
   } rest_;
   Physics small_;
   std::vector<BodyState> placed_;  ///< undeformed, of all ranks, with shapes of small_

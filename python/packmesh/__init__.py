@@ -6,13 +6,15 @@
     p.write_pos("case")
 
 Lengths are in µm, times in s, angles in degrees; rotations are quaternions x, y, z, w as in SciPy. Messages go to the
-logger "packmesh", which prints nothing unless told to.
+logger "packmesh", which prints nothing unless told to; its warnings are also warnings of Python (PackingWarning).
 """
 import importlib as _importlib
 import logging as _logging
 import typing as _typing
 
-_logging.getLogger("packmesh").addHandler(_logging.NullHandler())
+from .errors import WarningsOfLog as _WarningsOfLog
+
+_logging.getLogger("packmesh").addHandler(_WarningsOfLog())
 
 if _typing.TYPE_CHECKING:
     from ._check import check
@@ -20,7 +22,7 @@ if _typing.TYPE_CHECKING:
     from .case import Case, Forecast, forecast, pack, packing_of, realisations
     from .cells import Cells
     from .deformed_packing import DeformedCheck, DeformedPacking
-    from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, RankError, RepairWarning, UnknownCellsError
+    from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, PackingWarning, RankError, RepairWarning, UnknownCellsError
     from .hemocell_run import Run, Step, hemocell_output
     from .new_case import NewCase, new_case
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
@@ -31,7 +33,7 @@ if _typing.TYPE_CHECKING:
 
 __all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
            "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "MissingFileError", "NewCase", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
+           "InternalError", "Mesh", "Misplaced", "MissingFileError", "NewCase", "OutputError", "Overlap", "Packing", "PackingWarning", "Profile", "Progress", "RankError",
            "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "new_case", "pack", "packing_of", "read_pos",
            "realisations", "write_pos"]
 

@@ -3,6 +3,7 @@
 
 None needs the C++ module (run does less without it): PYTHONPATH=python is enough in the source tree.
 """
+import difflib
 import importlib
 import os
 import re
@@ -110,7 +111,10 @@ def dispatched():
         return 0 if len(sys.argv) > 1 else 1
     command, arguments = sys.argv[1], sys.argv[2:]
     if command not in COMMANDS:
-        raise UsageError(f"unknown command '{command}'; expected one of {', '.join(COMMANDS)}")
+        if command == "check" or command.endswith(".xml"):
+            raise UsageError(f"'{command}' is for packMesh, the other program: packMesh {' '.join(sys.argv[1:])}")
+        near = difflib.get_close_matches(command, COMMANDS, 1)
+        raise UsageError(f"unknown command '{command}'" + (f", did you mean '{near[0]}'?" if near else f"; expected one of {', '.join(COMMANDS)}"))
     name = command.replace("-", "_")
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)

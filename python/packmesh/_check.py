@@ -74,7 +74,7 @@ def check(
         if stated:
             raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")
         return what.check()
-    what = file_name("check", what, "a Packing, a folder or a state file")
+    what = existing(file_name("check", what, "a Packing, a folder or a state file"))
     if not stated and what.endswith(".h5"):
         loaded = load(what)
         return loaded.check() if isinstance(loaded, DeformedPacking) else Check._of(loaded._held.check(as_state=True))

@@ -11,7 +11,8 @@ import numpy as np
 from . import _packmesh, surface
 from ._values import ByValue
 from .cells import CellPacking, Cells
-from .errors import InputError, MissingFileError, warn_of_repair
+from .errors import InputError, warn_of_repair
+from .files import existing
 from .packing_file import matrices_of
 
 Path = Union[str, "os.PathLike[str]"]
@@ -168,18 +169,18 @@ def plain(name: str, value: str) -> str:
     return value
 
 
+def flag(name: str, value: Any, what: str = "True or False") -> bool:
+    """Of an argument that is True or False: a text such as "false" is neither."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name}: expected {what}, found {value!r}")
+    return bool(value)
+
+
 def file_name(name: str, value: Any, what: str = "a file") -> str:
     """The path of an argument."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputError(f"{name}: expected {what}, found {value!r}")
     return plain(name, os.fsdecode(value))
-
-
-def existing(path: str, where: str = "") -> str:
-    """A file that is read. Raises MissingFileError"""
-    if not os.path.exists(path):
-        raise MissingFileError(f"{where}{': ' if where else ''}{path}: no such file")
-    return path
 
 
 def several(name: str, values: Any, count: int, what: str) -> list[Any]:
@@ -256,8 +257,8 @@ class Asked:
         if value is not None:
             self.request[_KEYS.get(name, camel(name))] = value_of(name, value)
 
-    def flag(self, key: str, stated: Any, value: Any = True) -> None:
-        if stated:
+    def give(self, key: str, is_given: Any, value: Any = True) -> None:
+        if is_given:
             self.request[key] = value
 
     def _container(self) -> Dict[str, Any]:
@@ -358,6 +359,10 @@ class Asked:
             if not isinstance(name, str):
                 raise InputError(f"species: expected the name of a cell, found {name!r}")
         counted = {name: cells if isinstance(cells, Species) else Species(count=cells) for name, cells in species.items()}
+        for name, cells in counted.items():
+            for key in ("red_cell", "rigid"):
+                if getattr(cells, key) is not None:
+                    flag(f'species["{name}"].{key}', getattr(cells, key))
         red = [cells for name, cells in counted.items() if ("RBC" in name if cells.red_cell is None else cells.red_cell)]
         if hematocrit and counted.get("RBC", Species()).count is not None and all(cells.count is not None for cells in red):
             raise InputError('hematocrit excludes species={"RBC": ...}: the hematocrit determines the number')
@@ -385,7 +390,7 @@ class Asked:
             found = [float(value) for value in listed("also_dx", values, ())]
         except (TypeError, ValueError):
             raise InputError(f"also_dx: expected a list of lattice spacings [µm], found {values!r}") from None
-        self.flag("alsoDx", found, found)
+        self.give("alsoDx", found, found)
 
     def profile(self, source: Any) -> None:
         """A table of concentrations over the distance from the wall: a file, columns, or "developed"."""
@@ -432,7 +437,7 @@ class Asked:
             if not isinstance(one, (str, os.PathLike, _packmesh.Numbers)):
                 raise InputError(f"{option}: expected {what}, found a list with {one!r}")
             found.append(one if isinstance(one, _packmesh.Numbers) else existing(file_name(option, one)))
-        self.flag(option, found, found)
+        self.give(option, found, found)
 
     def blood(self, source: Any) -> None:
         """A state, a run, a step of it, or a packing."""

@@ -14,7 +14,7 @@ import numpy as np
 from . import _packmesh, cells
 from ._check import check
 from ._settings import (Asked, Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, address,
-                        existing, file_name, mapping, several, value_of)
+                        existing, file_name, flag, mapping, several, value_of)
 from ._values import ByValue
 from .cells import CellPacking
 from .deformed_packing import quaternions_of, rigid_fits
@@ -269,6 +269,8 @@ def _asked(**given: Any) -> Dict[str, Any]:
     for name in ("case", "state", "restart", "output_dir"):
         if given[name] is not None:
             given[name] = file_name(name, given[name])
+    if given["restart"] is not None:
+        existing(given["restart"], "restart")
     if given["case"] is not None:
         asked.request["config"] = existing(given["case"])
     asked.profile(given["profile"])
@@ -279,18 +281,18 @@ def _asked(**given: Any) -> Dict[str, Any]:
                  "max_area_change", "seed", "max_time", "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         asked.set(name, given[name])
     ranges = mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}')
-    asked.flag("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")] for axis, planes in ranges.items()])
+    asked.give("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")] for axis, planes in ranges.items()])
     growth = mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}')
-    asked.flag("growth", growth, {name: value_of(f'growth["{name}"]', value) for name, value in growth.items()})
+    asked.give("growth", growth, {name: value_of(f'growth["{name}"]', value) for name, value in growth.items()})
     asked.spacings(given["also_dx"])
     if given["tile"] is not None:
         asked.set("tile", several("tile", given["tile"], 3, "three numbers"))
-    asked.flag("hematocritVolume", given["fluid_volume"], "fluid")
-    asked.flag("escape", given["escape"])
-    asked.flag("bestEffort", given["best_effort"])
+    asked.give("hematocritVolume", flag("fluid_volume", given["fluid_volume"]), "fluid")
+    asked.give("escape", flag("escape", given["escape"]))
+    asked.give("bestEffort", flag("best_effort", given["best_effort"]))
     if given["soft"] is not False:
-        asked.set("soft", given["soft"])
-    asked.flag("rotate", not given["rotate"], False)
+        asked.set("soft", given["soft"] if given["soft"] == "auto" else flag("soft", given["soft"], 'True, False or "auto"'))
+    asked.give("rotate", not flag("rotate", given["rotate"]), False)
     asked.blood(_flowing(given["blood"]))
     asked.obstacles(given["obstacles"])
     asked.regions(given["regions"])
@@ -351,7 +353,7 @@ class Case:
     """A HemoCell case: a folder with config.xml and the XML files of its cells."""
 
     def __init__(self, config: Path) -> None:
-        self.config = pathlib.Path(file_name("Case", config, "the config.xml of a case"))
+        self.config = pathlib.Path(existing(file_name("Case", config, "the config.xml of a case")))
         self._values = _packmesh.case(str(self.config))
 
     def __repr__(self) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
+import math
 import os
 import re
 import shutil
 import xml.etree.ElementTree
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -18,6 +20,11 @@ _TEMPLATES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "new_case_
 #: Classes of HemoCell's mechanics by construction; cells of an STL have that of red cells, with inner links that of malaria.
 _MODELS = {"RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "PltSimpleModel", "WBC_SPHERE": "WbcHighOrderModel",
            "MESH_FROM_STL": "RbcHighOrderModel"}
+#: What HemoCell needs of `<MaterialModel>`, else it ends; and of white cells.
+_CONSTANTS = ("kVolume", "kArea", "kLink", "kBend", "eta_m")
+_OF_WHITE_CELLS = ("kInnerRigid", "kCytoskeleton", "coreRadius")
+#: Coarser lattices have coarser red cells, whose edges are then as long as dx again [µm]; their triangles, at least, and vertices.
+_FINE, _COARSE_TRIANGLES, _COARSE_VERTICES = 0.7, 200, 162
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,8 +50,8 @@ def cells_of(stated: Mapping[str, Optional[float]], platelets: float, dx: float)
     seen: Dict[str, str] = {}
     for file, ratio in stated.items():
         name, ending = os.path.splitext(os.path.basename(file))
-        if ending != ".xml" or not re.fullmatch(r"\w+", name):
-            raise InputError(f"{file}: expected the name of a cell with the ending .xml, of letters, digits and _")
+        if ending != ".xml" or not re.fullmatch("[A-Za-z0-9_]+", name) or name == "config":
+            raise InputError(f"{file}: expected the name of a cell with the ending .xml, of letters, digits and _, not config")
         if name in seen:
             raise InputError(f"{file}: {seen[name]} has the same name")
         seen[name] = file
@@ -62,22 +69,47 @@ def cells_of(stated: Mapping[str, Optional[float]], platelets: float, dx: float)
 def _cell(name: str, file: str, ratio: Optional[float], dx: float) -> CaseCell:
     from packmesh import _packmesh
 
-    tags = {} if not file else {tag: _text(file, tag) for tag in ("StlFile", "kInnerLink")}
+    tags = {} if not file else _tags(file)
     construction = _packmesh.construction(name, bool(tags.get("StlFile")))
     if construction is None:
         raise InputError(f"{file}: HemoCell builds a cell by its name, which begins with RBC, PLT or WBC, or by its <StlFile>; found neither")
-    mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), str(tags["StlFile"]))
-    vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
     model = "RbcMalariaModel" if construction == "MESH_FROM_STL" and tags.get("kInnerLink") else _MODELS[construction]
-    return CaseCell(name, ratio, construction, model, len(vertices), _longest(vertices), file, mesh)
+    if file:
+        _require_constants(file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE"))
+    mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), tags["StlFile"])
+    vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
+    count = len(vertices)
+    if dx > _FINE and construction in ("RBC_FROM_SPHERE", "WBC_SPHERE") and count > _COARSE_VERTICES:
+        if file:
+            logging.getLogger("packmesh").warning("%s: a membrane of %d vertices is finer than a lattice with a dx of %g µm, and its forces there exceed HemoCell's "
+                                                  "limit: set <minNumTriangles> to %d", file, count, dx, _COARSE_TRIANGLES)
+        else:
+            count = _COARSE_VERTICES
+    return CaseCell(name, ratio, construction, model, count, _longest(vertices), file, mesh)
 
 
-def _text(file: str, tag: str) -> Optional[str]:
-    """Of an element of `<MaterialModel>`. Raises InputError"""
+def _tags(file: str) -> Dict[str, str]:
+    """Texts of the elements of `<MaterialModel>`. Raises InputError"""
     try:
-        return (xml.etree.ElementTree.parse(file).getroot().findtext(f"MaterialModel/{tag}") or "").strip() or None
-    except xml.etree.ElementTree.ParseError as failure:
+        elements = xml.etree.ElementTree.parse(file).getroot().iterfind("MaterialModel/*")
+        return {element.tag: (element.text or "").strip() for element in elements}
+    except (xml.etree.ElementTree.ParseError, ValueError, LookupError) as failure:  # also an unknown encoding
         raise InputError(f"{file}: is no XML: {failure}") from None
+
+
+def _require_constants(file: str, tags: Mapping[str, str], names: Sequence[str]) -> None:
+    """Raises InputError"""
+    missing = [name for name in names if not _is_number(tags.get(name, ""))]
+    if missing:
+        raise InputError(f"{file}: HemoCell cannot simulate this cell without a number in {', '.join(f'<{name}>' for name in missing)}. packMesh has complete "
+                         "files in config/: RBC.xml, PLT.xml, WBC.xml")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def _longest(vertices: np.ndarray) -> float:
@@ -96,9 +128,10 @@ def write_cell(folder: str, cell: CaseCell, dx: float) -> None:
         shutil.copyfile(cell.file, place)
         return
     files.require_regular(cell.mesh)
-    shutil.copyfile(cell.mesh, os.path.join(folder, os.path.basename(cell.mesh)))
-    with open(cell.file, encoding="utf-8") as file, open(place, "w", encoding="utf-8") as out:
-        out.write(re.sub(r"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", lambda found: found[1] + os.path.basename(cell.mesh) + found[2], file.read()))
+    name = f"cell_{cell.name}.stl"  # that of the file may be another cell's, or the vessel's
+    shutil.copyfile(cell.mesh, os.path.join(folder, name))
+    with open(cell.file, "rb") as file, open(place, "wb") as out:
+        out.write(re.sub(rb"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", rb"\g<1>" + name.encode() + rb"\g<2>", file.read()))
 
 
 def own_text(cell: CaseCell, dx: float) -> str:
@@ -106,6 +139,8 @@ def own_text(cell: CaseCell, dx: float) -> str:
     from packmesh import _packmesh
 
     constants: Dict[str, Any] = _packmesh.default_cell(cell.name)
+    if cell.vertices == _COARSE_VERTICES:
+        constants["triangles"] = _COARSE_TRIANGLES
     with open(os.path.join(_TEMPLATES, cell.name + ".xml"), encoding="utf-8") as file:
         text = file.read()
     if "$inner_edges" in text:

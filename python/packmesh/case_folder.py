@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Any, Dict, List, Mapping, Sequence, Set, Tuple
+from typing import Any, Dict, List, Mapping, Match, Sequence, Set, Tuple
 
 import numpy as np
 
-from packmesh import files
+from packmesh import files, quoting
 from packmesh.case_cells import CaseCell, code_of, write_cell
 from packmesh.picture import POINTS_PER_PIXEL, Canvas, directions, points_on
 from packmesh.vessel_lattice import PlacedEnd, PlacedVessel
 
 _TEMPLATES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "new_case_files")
 _WALL, _BOX = (212, 208, 200), (60, 60, 60)
+_FREE = ("title", "command", "found")  # words that are any text; all others are code
 COLOURS: Dict[str, Tuple[int, int, int]] = {"inlet": (47, 108, 191), "outlet": (190, 60, 50), "periodic": (60, 140, 80), "closed": (140, 140, 140)}
 
 
@@ -34,6 +35,9 @@ def write_case(folder: str, vessel: PlacedVessel, cells: List[CaseCell], kinds: 
     os.chmod(os.path.join(folder, "job.sh"), 0o755)
     for cell in cells:
         write_cell(folder, cell, vessel.dx)
+        if "plasma" in kinds:
+            with open(os.path.join(folder, cell.name + ".pos"), "w", encoding="utf-8") as file:
+                file.write("0\n")
     if len(seeds) > 1:
         linked = [name for name in os.listdir(folder) if name.endswith((".xml", ".stl", ".cpp")) and name != "config.xml"]
         for number, seed in enumerate(seeds, 1):
@@ -46,8 +50,14 @@ def write_case(folder: str, vessel: PlacedVessel, cells: List[CaseCell], kinds: 
 
 def write_text(folder: str, name: str, kinds: Set[str], words: Mapping[str, Any], template: str = "") -> None:
     """Of a template (of the same name), in which $word stands for a value; other words with $ are those of the shell and of CMake."""
+    quoted = quoting.FREE_TEXT[os.path.splitext(name)[1]]
+
+    def value(found: Match[str]) -> str:
+        word = words.get(found[1], found[0])
+        return str(word) if found[1] not in _FREE else "\n".join(map(quoted, word if isinstance(word, list) else [word]))
+
     with open(os.path.join(_TEMPLATES, template or name), encoding="utf-8") as file:
-        text = re.sub(r"\$(\w+)", lambda found: str(words.get(found[1], found[0])), of_kinds(file.read(), kinds))
+        text = re.sub(r"\$(\w+)", value, of_kinds(file.read(), kinds))
     with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
         file.write(text)
 

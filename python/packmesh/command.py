@@ -16,7 +16,7 @@ import warnings
 from typing import Any, Callable, List, NoReturn, Optional, Sequence, Tuple
 
 from packmesh import files
-from packmesh.errors import Error, InfeasibleError, InputError, OutputError, RepairWarning
+from packmesh.errors import Error, InfeasibleError, InputError, OutputError, PackingWarning
 
 #: Those of the program (README, Exit codes), and `UNUSABLE`: a package or program that the command needs is missing, which the program
 #: knows (hemocell_adapter/base/python_command.cpp).
@@ -75,11 +75,13 @@ def whole(least: int, most: int, what: str) -> Callable[[str], int]:
 def run(work: Callable[[], Any]) -> int:
     """Calls work(), prints its warnings and its error. Returns the exit code"""
     signal.signal(signal.SIGTERM, _interrupted)
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # which nohup sets
+        signal.signal(signal.SIGHUP, _interrupted)
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="packmesh")
     logging.getLogger("packmesh").addHandler(_Warnings(logging.WARNING))
-    warnings.simplefilter("ignore", RepairWarning)  # they are logged, too
+    warnings.simplefilter("ignore", PackingWarning)  # they are printed as they are logged
     code, message = _ended(work)
     if message:
         with contextlib.suppress(OSError):

@@ -14,7 +14,8 @@ from . import _packmesh, convert
 from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError
-from .export import exported, names_of
+from ._settings import flag
+from .export import OF_MEMBRANES, exported, names_of, undeformed_text, without_pos
 from .export import write as write_exports
 from .packing_file import Faults, Kind, Lumen, PackingFile
 from .pos import write_pos
@@ -146,15 +147,24 @@ class DeformedPacking(CellPacking):
                          for i, reason in self._lumen.violations(vertices, self._templates[name][1])]
         return DeformedCheck(sorted((a, b) for a, b in pairs), misplaced, sorted(int(first[name]) + i for name, i in faults.self_intersecting))
 
-    def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
-        """Writes the rigid fits as ``<species>.pos``, and formats as Packing.write_pos() does: "stl" and "vtk-meshes" have the
-        deformed membranes, the others the rigid fits."""
-        folder = os.fspath(folder)
-        exports = exported(self.cells_file(), export)
+    def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = (), undeformed: bool = False) -> List[pathlib.Path]:
+        """Writes formats as Packing.write_pos() does. Those that hold poses, and ``<species>.pos``, hold undeformed cells: they are written
+        only with `undeformed`, as the rigid fits, with a warning how many of these overlap.
+        """
+        folder, cells = os.fspath(folder), self.cells_file()
+        exports = exported(cells, export, flag("undeformed", undeformed))
+        names = [name for name, count in self.counts.items() if count]
+        if not undeformed:
+            if not exports:
+                raise InputError(f"write_pos: {without_pos(names)}, and undeformed=True writes the rigid fits")
+            write_exports(exports, folder)
+            return [pathlib.Path(name) for name in names_of(exports, folder)]
+        if all(name in OF_MEMBRANES for name in export):
+            _log.warning(undeformed_text(cells))
         write_pos(folder, {name: self.pos_lines(name) for name in self.species_names})
         write_exports(exports, folder)
-        names = [os.path.join(folder, name + ".pos") for name in self.species_names] + names_of(exports, folder)
-        return [pathlib.Path(name) for name in names]
+        written = [os.path.join(folder, name + ".pos") for name in self.species_names] + names_of(exports, folder)
+        return [pathlib.Path(name) for name in written]
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes a state (HDF5) with the deformed membranes, for ``packMesh check``, ``--fixed``, ``--start``, ``--blood`` and the

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""What packmesh raises. The texts are those of the program packMesh."""
+"""What packmesh raises, and what it warns of. The texts are those of the program packMesh."""
+import errno
+import logging
 import os
 import sys
 import warnings
@@ -14,7 +16,16 @@ class InputError(Error, ValueError):
 
 
 class MissingFileError(InputError, FileNotFoundError):
-    """A file that an argument names does not exist."""
+    """A file that an argument names does not exist: `errno` is ENOENT, `filename` its name."""
+
+    def __init__(self, text, filename=None):
+        super().__init__(text)
+        self.errno, self.strerror, self.filename = errno.ENOENT, os.strerror(errno.ENOENT), filename
+
+    __str__ = Exception.__str__  # that of OSError is "[Errno 2] ..."
+
+    def __reduce__(self):
+        return type(self), (*self.args, self.filename)
 
 
 class UnknownCellsError(InputError, KeyError):
@@ -35,7 +46,11 @@ class RankError(Error, RuntimeError):
     """A callback on another rank raised an exception, which ended the packing on all ranks. The text names both."""
 
 
-class RepairWarning(UserWarning):
+class PackingWarning(UserWarning):
+    """What to know of a packing, a case or a run: for example that HemoCell would delete cells, or that an argument has no effect."""
+
+
+class RepairWarning(PackingWarning):
     """A mesh that was given has been repaired: what is packed, or packed into, is another one."""
 
 
@@ -43,9 +58,20 @@ class InternalError(Error, RuntimeError):
     """An error of packMesh itself (exit code 70). Please report it."""
 
 
+class WarningsOfLog(logging.Handler):
+    """Makes warnings of Python of what is logged as warnings, at the line that called the package."""
+
+    def __init__(self):
+        super().__init__(logging.WARNING)
+
+    def emit(self, record):
+        own, frame, level = os.path.dirname(__file__) + os.sep, sys._getframe(), 1
+        while frame.f_back is not None and (frame.f_code.co_filename.startswith(own) or frame.f_globals.get("__name__") in ("logging", "contextlib")):
+            frame, level = frame.f_back, level + 1
+        if record.levelno == logging.WARNING:
+            warnings.warn(record.getMessage(), getattr(record, "category", PackingWarning), stacklevel=level)
+
+
 def warn_of_repair(text):
-    """At the line that called the package."""
-    folder, frame, level = os.path.dirname(__file__), sys._getframe(), 1
-    while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == folder:
-        frame, level = frame.f_back, level + 1
-    warnings.warn(text, RepairWarning, stacklevel=level)
+    """Logs it as a RepairWarning."""
+    logging.getLogger("packmesh").warning(text, extra={"category": RepairWarning})

@@ -6,17 +6,20 @@
     packmesh export out --every 1 --case config.xml --format vtk-meshes --folder film
 
 cells.h5 is a state (packMesh --state), or the packing.h5 that packMesh leaves where it could not use this package. out is the output
-folder of a HemoCell run: stl and vtk-meshes have its deformed membranes, other formats the rigid bodies that are nearest to them. --every n writes every n-th step
-to a folder of its own (step_005000), and series of .vtp files that ParaView plays (.pvd).
+folder of a HemoCell run. --every n writes every n-th step to a folder of its own (step_005000), and series of .vtp files that ParaView plays (.pvd).
+
+Cells of a run, and soft cells, are deformed: stl, vtk-meshes, lammps-molecular and espresso-membranes hold their membranes. The other formats hold
+a template and a pose for each cell, and are refused. With --undeformed they are written, and a warning says how many cells overlap.
 """
 from __future__ import annotations
 
 import os
+import argparse
 from typing import Optional
 
 from packmesh import command, files
 from packmesh.errors import InputError
-from packmesh.export import FORMATS, exported, names_of, write, write_series
+from packmesh.export import FORMATS, exported, names_of, require_membranes, write, write_series
 from packmesh.hemocell_run import hemocell_output
 from packmesh.packing_file import PackingFile
 
@@ -39,17 +42,22 @@ def main() -> None:
     parser.add_argument("--case", metavar="config.xml", help="of a run: its lumen and templates")
     parser.add_argument("--format", action="append", required=True, choices=FORMATS, help="can be repeated")
     parser.add_argument("--folder", default=".", help="where to write (default: the current one)")
+    parser.add_argument("--undeformed", action="store_true", help="write deformed cells undeformed where the format holds poses")
+    parser.add_argument("--deformed", action="store_true", help=argparse.SUPPRESS)  # with --plan: so will be the cells, which are not there yet
     parser.add_argument("--plan", action="store_true", help="only print the names of the files")
     words = parser.parse_args()
     if words.every is not None:
         if words.step is not None or words.plan or not os.path.isdir(words.file):
             raise command.UsageError("--every is for the output folder of a run, without --step and --plan")
         steps = hemocell_output(words.file, config=words.case)[::words.every]
-        for name in write_series([(step.iteration, lambda step=step: step.packing().cells_file()) for step in steps], words.format, words.folder):
+        for name in write_series([(step.iteration, lambda step=step: step.packing().cells_file()) for step in steps], words.format, words.folder,
+                                 words.undeformed):
             files.say(f"Wrote {name}")
         return
     packing = cells_of(words.file, words.step, words.case)
-    exports = exported(packing, words.format)
+    if words.deformed:
+        require_membranes(words.format, words.undeformed)
+    exports = exported(packing, words.format, words.undeformed)
     if words.plan:
         print("\n".join(names_of(exports, words.folder)))
         return

@@ -14,7 +14,7 @@ import sys
 import time
 from typing import Any, BinaryIO, Iterable, Iterator, List, TextIO, Tuple
 
-from packmesh.errors import InputError, OutputError
+from packmesh.errors import InputError, MissingFileError, OutputError
 
 
 def say(text: object) -> None:
@@ -162,12 +162,21 @@ def stl(head: str, facets: Iterable[Any]) -> Iterator[bytes]:
         yield struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0)
 
 
+def existing(path: str, where: str = "") -> str:
+    """A file or folder that is read. Raises MissingFileError"""
+    if not os.path.exists(path):
+        raise MissingFileError(f"{where}{': ' if where else ''}{path}: no such file", path)
+    return path
+
+
 def require_regular(path: str) -> None:
     """Of a file that is found, not named by the user: a pipe would be read forever. Raises InputError"""
     try:
         mode = os.stat(path).st_mode
     except OSError as failure:
-        raise InputError(f"{path}: " + ("there is no such file" if failure.errno == errno.ENOENT else f"cannot be read: {failure.strerror}")) from None
+        if failure.errno == errno.ENOENT:
+            raise MissingFileError(f"{path}: there is no such file", path) from None
+        raise InputError(f"{path}: cannot be read: {failure.strerror}") from None
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: is no regular file")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Dict, Iterator, List, Optional, Sequence, Set,
 import numpy as np
 
 from packmesh import block_files, cell_csv
+from packmesh.files import existing
 from packmesh.block_files import BlockFile, Layout, RunFolder
 from packmesh.cell_csv import CellTable
 from packmesh.errors import InputError
@@ -32,7 +33,7 @@ def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Opti
     period: shifts between images of cells along x, y, z [µm], 0 where the flow is not periodic; default: the extent of the fluid that
         HemoCell wrote, which it must not contradict, or else the shift between cells of the same shape
     """
-    return Run(os.fspath(folder), config_of(config), period)
+    return Run(existing(os.fspath(folder)), config_of(config), period)
 
 
 class Run:

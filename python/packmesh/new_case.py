@@ -7,7 +7,8 @@ Any surface: open or closed by flat caps, in any unit, place and direction. Its 
   periodic   by a body force, between two ends that match (--mirror makes them match)
   inlet      from a pre-inlet, which feeds cells, at one end to outlets of the same pressure at all others
 The folder has the surface in µm, config.xml, the cells, case.cpp with CMakeLists.txt, a job for Slurm, a picture, and README.md, which
-states the commands. What was found and chosen is printed. The running case packs its cells; with --pos, packMesh writes .pos files before.
+has the commands. What was found and chosen is printed. The running case packs its cells; with --pos, packMesh writes .pos files before;
+with --hematocrit 0 there are none.
 """
 from __future__ import annotations
 
@@ -18,20 +19,20 @@ import inspect
 import logging
 import os
 import re
-import shlex
 import shutil
 import tempfile
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
-from packmesh import case_folder, command, files
+from packmesh import case_folder, command, files, quoting
+from packmesh.case_arguments import CHOICES, examined, kind, plane
 from packmesh.case_cells import CaseCell, cells_of
-from packmesh.errors import InfeasibleError, InputError, OutputError
+from packmesh.errors import Error, InfeasibleError, InputError, OutputError
 from packmesh.vessel_flow import Resistance, resistance_of
 from packmesh.vessel_lattice import PlacedVessel, placed
 from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
-from packmesh.vessel_surface import UNITS, Vessel, holes_of, microns, vessel_of
+from packmesh.vessel_surface import Vessel, holes_of, microns, vessel_of
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -42,6 +43,9 @@ _MATERIAL = 2e-6  # time between two computations of membranes' forces, as in He
 _MOST_STEPS = 20  # between them
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
 _MOST_RANGES = 8  # of numbers of ranks that are printed
+_MOST_ITERATIONS = 2**32 - 1  # HemoCell reads an unsigned int
+_STRAIGHT = 0.02  # a vessel whose resistance differs by more from that of a tube has an estimated flow, as has one with fewer nodes across
+_NODES_ACROSS = 25
 DEFAULT_SHEAR_RATE = 1000.0  # [1/s]
 
 
@@ -50,10 +54,11 @@ class NewCase:
     """What new_case() found and chose.
 
     folder: that was written, None in a dry run
-    unit: that the surface was taken for; size: of the vessel in the case [µm]; nodes: of the lattice; dx: [µm], dt: [s]
+    unit: "m", "cm", "mm" or "um", that the surface was taken for; None: it was scaled to a diameter
+    size: of the vessel in the case [µm]; nodes: of the lattice; dx: [µm], dt: [s]
     ends: number, role, face, center, diameter [µm] and normal of each
     narrowest: width of the narrowest place between two ends [µm]
-    velocity: mean at the inlet [m/s]; shear_rate: at the wall there [1/s]; stress: the largest at a wall [Pa]; body_force: [N/m³], None
+    flow_rate: of plasma alone [µm³/ms]; velocity: mean at the inlet [m/s]; shear_rate: at the wall there [1/s]; stress: the largest at a wall [Pa]; body_force: [N/m³], None
         with a pre-inlet
     particle_envelope: [nodes]; ranks: numbers of ranks with which no block is smaller than it
     counts: cells of each species that are packed, in the pre-inlet if there is one
@@ -62,13 +67,14 @@ class NewCase:
     """
 
     folder: Optional[str]
-    unit: str
+    unit: Optional[str]
     size: Tuple[float, float, float]
     nodes: Tuple[int, int, int]
     dx: float
     dt: float
     ends: List[Dict[str, Any]]
     narrowest: float
+    flow_rate: float
     velocity: float
     shear_rate: float
     stress: float
@@ -87,6 +93,7 @@ class _Flow:
     shear_rate: float  # [1/s]
     stress: float  # [Pa]
     force: Optional[float]  # [N/m³]
+    straight: bool = True  # else the force for a velocity is an estimate
 
 
 def new_case(
@@ -120,7 +127,7 @@ def new_case(
 
     surface: STL, or any file that meshio or VTK reads
     folder: to be made; None: nothing is written
-    hematocrit, platelets, seed, soft, profile: as in pack(), of the cells at the start or, with a pre-inlet, in it
+    hematocrit, platelets, seed, soft, profile: as in pack(), of the cells at the start or, with a pre-inlet, in it; a hematocrit of 0: plasma alone
     cells: XML files of HemoCell's, by name: of cells that are added, with their number per red cell, {"WBC.xml": 0.001}; of red cells and platelets
         in place of HemoCell's own, {"RBC.xml": None}
     pos: cells are packed by packMesh beforehand, into .pos files; default: by the running case, which needs the plug-in
@@ -140,30 +147,26 @@ def new_case(
 
     Raises InputError, InfeasibleError (not all cells fit), OutputError.
     """
-    made_by = _command_of(dict(locals()))
     _module()
+    given = examined(dict(locals()), inspect.signature(new_case))
+    folder = given["folder"]
     if folder is not None and os.path.lexists(folder):
-        raise OutputError(f"{os.fspath(folder)}: exists; expected the name of a folder to be made")
-    if any(len(plane) != 6 or not np.isfinite(plane).all() or not np.any(plane[3:]) for plane in cut):
-        raise InputError("cut: expected planes of six numbers, a point and a direction (x, y, z, nx, ny, nz)")
-    vessel = vessel_of(os.fspath(surface), cut)
-    factor, unit_text = microns(vessel, unit, diameter)
-    if profile not in (None, "developed"):
-        raise InputError(f"profile: expected 'developed', found {profile!r}; a table belongs in <packing> of the case")
+        raise OutputError(f"{folder}: exists; expected the name of a folder to be made")
     if soft and pos:
         raise InputError("--soft: .pos files cannot have deformed cells; expected it without --pos")
-    if not 1 <= realisations <= 10_000:
-        raise InputError(f"realisations: expected a number from 1 to 10000, found {realisations}")
-    drive, roles = _roles(vessel, drive, inlet, close, mirror)
-    if not 0.05 <= dx <= 5:
-        raise InputError(f"dx: expected a lattice spacing from 0.05 to 5 µm, found {dx:g}")
-    kinds = cells_of({os.fspath(file): ratio for file, ratio in (cells or {}).items()}, platelets, dx)
+    for name, one in (("cells", cells), ("soft", soft), ("profile", profile), ("pos", pos), ("realisations", realisations > 1)):
+        if hematocrit == 0 and one:
+            raise InputError(f"{name}: a hematocrit of 0 makes a case of plasma alone; expected no {name}")
+    vessel = vessel_of(given["surface"], given["cut"])
+    factor, unit, unit_text = microns(vessel, unit, diameter)
+    drive, roles = _roles(vessel, drive, inlet, given["close"], mirror)
+    kinds = cells_of(given["cells"], platelets if hematocrit else 0, dx)
     first = vessel.ends[roles.index("inlet" if drive == "inlet" else "periodic")].diameter * factor
     flow = _flow_of(first, velocity, shear_rate, reynolds)
     fastest = _FASTEST / (2 * _DT * dx * 1e-6)  # on the axis twice the mean [m/s]
     if flow.velocity > fastest:
         raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
-                         f"at a dx of {dx:g} µm: state a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
+                         f"at a dx of {dx:g} µm: set a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
     shape = _shape_of(vessel, factor, dx, roles, extend, mirror, _envelope_of(flow.stress, kinds, dx))
     if drive == "periodic":
         flow = _driven(flow, first, shape)
@@ -173,37 +176,51 @@ def new_case(
     most = _module().largest_stress
     if flow.stress > most:
         logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
-                                              "<particleEnvelope>; state a slower flow", flow.stress, most)
-    series = list(range(seed, seed + realisations))
+                                              "<particleEnvelope>; set a slower flow", flow.stress, most)
     maker = _Maker(shape, drive, flow, kinds, time, ranks)
-    work = tempfile.mkdtemp(prefix=".new-case-", dir=None if folder is None else os.path.dirname(os.path.abspath(folder)))
     try:
-        maker.write(work, os.path.basename(os.fspath(surface)), _packing_text(hematocrit, kinds, soft, profile), made_by, pos, series)
-        case = maker.result(work, folder, unit_text, vessel)
-        if folder is not None:
-            os.chmod(work, 0o755)
-            os.rename(work, folder)
-        return case
+        with _new_folder(folder) as work:
+            title = ("Blood" if hematocrit else "Plasma") + f" in {os.path.basename(given['surface'])}"
+            packing = _packing_text(hematocrit, kinds, soft, profile, not pos) if hematocrit else ""
+            maker.write(work, title, packing, _command_of(given), pos, range(seed, seed + realisations))
+            return maker.result(work, folder, unit, unit_text, vessel)
     except OSError as failure:
+        if isinstance(failure, Error):
+            raise
         raise OutputError(f"{failure.filename or folder}: cannot be written: {failure.strerror}") from None
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
 
 
-def _command_of(arguments: Dict[str, Any]) -> str:
+@contextlib.contextmanager
+def _new_folder(folder: Optional[Path]) -> Iterator[str]:
+    """A folder that gets this name if nothing is raised; else, or without a name, it is removed. Folders around it are made as needed."""
+    target = None if folder is None else os.path.abspath(folder)
+    around = target and os.path.dirname(target)
+    while around and not os.path.isdir(around):
+        around = os.path.dirname(around)
+    with tempfile.TemporaryDirectory(prefix=".new-case-", dir=around) as work:
+        made = os.path.join(work, "case")
+        os.mkdir(made)
+        yield made
+        if target is not None:
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            os.rename(made, target)
+
+
+def _command_of(given: Mapping[str, Any]) -> str:
     """What makes the same case."""
-    words = ["packmesh", "new-case", *(os.fspath(arguments[name]) for name in ("surface", "folder") if arguments[name] is not None)]
+    words = ["packmesh", "new-case", *(given[name] for name in ("surface", "folder") if given[name] is not None)]
     for name, parameter in inspect.signature(new_case).parameters.items():
-        value = arguments[name]
-        if parameter.kind is parameter.KEYWORD_ONLY and value != parameter.default:
-            if name == "cells":
-                value = [os.fspath(file) + ("" if ratio is None else f"={ratio:g}") for file, ratio in value.items()]
-            if name == "cut":
-                words += ["--cut=" + ",".join(f"{number:.12g}" for number in plane) for plane in value]
-                continue
-            for one in value if name in ("close", "cells") else [value]:
-                words += ["--" + ("cell" if name == "cells" else name.replace("_", "-")), *([] if one is True else [str(one)])]
-    return " ".join(map(shlex.quote, words))
+        value = given[name]
+        if parameter.kind is not parameter.KEYWORD_ONLY or value == parameter.default or value in ([], {}):
+            continue
+        if name == "cells":
+            value = [file + ("" if ratio is None else f"={ratio:g}") for file, ratio in value.items()]
+        if name == "cut":
+            words += ["--cut=" + ",".join(f"{number:.12g}" for number in plane) for plane in value]
+            continue
+        for one in value if name in ("close", "cells") else [value]:
+            words += ["--" + ("cell" if name == "cells" else name.replace("_", "-")), *([] if one is True else [str(one)])]
+    return " ".join(map(quoting.shell, words))
 
 
 def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Sequence[int], mirror: bool) -> Tuple[str, List[str]]:
@@ -249,11 +266,9 @@ def _numbers(values: Any) -> str:
 
 def _flow_of(diameter: float, velocity: Optional[float], shear_rate: Optional[float], reynolds: Optional[float]) -> _Flow:
     """In a tube of this diameter [µm]. Raises InputError"""
-    stated = [name for name, value in (("velocity", velocity), ("shear_rate", shear_rate), ("reynolds", reynolds)) if value is not None]
-    if len(stated) > 1:
-        raise InputError(f"{stated[0]} excludes {stated[1]}: each determines the flow")
-    if stated and not 0 < (velocity or shear_rate or reynolds or 0.0) < 1e6:
-        raise InputError(f"{stated[0]}: expected a positive number, found {velocity or shear_rate or reynolds or 0:g}")
+    given = [name for name, value in (("velocity", velocity), ("shear_rate", shear_rate), ("reynolds", reynolds)) if value is not None]
+    if len(given) > 1:
+        raise InputError(f"{given[0]} excludes {given[1]}: each determines the flow")
     width = diameter * 1e-6
     if velocity is not None:
         mean = velocity * 1e-3
@@ -269,9 +284,9 @@ def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
     """The body force along x for the same volume of plasma per time, as the pressure that it replaces over a period, by the resistance of the
     vessel's sections; and the largest stress at a wall."""
     resistance = resistance_of(shape)
-    volume = flow.velocity * np.pi / 4 * diameter**2 * 1e6  # [µm³/s]
-    return dataclasses.replace(flow, force=_NU * _RHO * volume * resistance.total / (shape.nodes[0] * shape.dx * 1e-6),
-                               stress=_stress_of(flow, diameter, resistance))
+    length, area = shape.nodes[0] * shape.dx, np.pi / 4 * diameter**2
+    return dataclasses.replace(flow, force=_NU * _RHO * flow.velocity * area * 1e6 * resistance.total / (length * 1e-6),
+                               stress=_stress_of(flow, diameter, resistance), straight=abs(resistance.total * area**2 / (8 * np.pi * length) - 1) < _STRAIGHT)
 
 
 def _stress_of(flow: _Flow, diameter: float, resistance: Resistance) -> float:
@@ -299,9 +314,11 @@ def _envelope_of(stress: float, cells: Sequence[CaseCell], dx: float) -> int:
     return max(_module().needed_envelope(stress, max(cell.length for cell in cells), dx), int(_LEAST_ENVELOPE / dx) + 1)
 
 
-def _packing_text(hematocrit: float, cells: Sequence[CaseCell], soft: bool, profile: Optional[str]) -> str:
+def _packing_text(hematocrit: float, cells: Sequence[CaseCell], soft: bool, profile: Optional[str], running: bool) -> str:
+    """running: the case packs its cells, which may cross its ends, in the nodes that HemoCell has: as a forecast and a check must take them."""
     lines = [f"<hematocrit> {hematocrit:g} </hematocrit>"]
-    lines += [f'<species name="{cell.name}"' + ("/>" if cell.ratio is None else f' ratio="{cell.ratio:g}"/>') for cell in cells]
+    lines += ["<hematocritVolume> fluid </hematocritVolume>", "<ends> periodic </ends>"] * running
+    lines += [f'<species name="{quoting.xml_text(cell.name)}"' + ("/>" if cell.ratio is None else f' ratio="{cell.ratio:g}"/>') for cell in cells]
     lines += ["<soft> true </soft>"] * soft + [f"<profile> {profile} </profile>"] * (profile is not None)
     return "\n".join("  " + line for line in lines)
 
@@ -313,6 +330,8 @@ class _Maker:
         self._shape, self._drive, self._flow, self._cells, self._time = shape, drive, flow, cells, time
         self._dt = _DT * (shape.dx * 1e-6) ** 2
         self._iterations = max(1, round(time * 1e-3 / self._dt))
+        if self._iterations > _MOST_ITERATIONS:
+            raise InputError(f"time: {time:g} ms are {self._iterations} iterations; HemoCell counts at most {_MOST_ITERATIONS}, {_MOST_ITERATIONS * self._dt * 1e3:.4g} ms")
         self._envelope = _envelope_of(flow.stress, cells, shape.dx)
         self._ends = [end for end in shape.ends if end.face]
         self._inlet = next(end for end in self._ends if end.role in ("inlet", "periodic"))
@@ -324,7 +343,8 @@ class _Maker:
         self._words: Dict[str, Any] = {}
         self._kinds: Set[str] = {drive}  # of lines of the files
 
-    def write(self, folder: str, surface: str, packing: str, command_text: str, pos: bool, seeds: Sequence[int]) -> None:
+    def write(self, folder: str, title: str, packing: str, command_text: str, pos: bool, seeds: Sequence[int]) -> None:
+        """packing: lines of `<packing>`; "": no cells"""
         outputs = max(100, round(self._iterations / 100, -2))
         drive = (f"<drive>\n  <bodyForce> {self._flow.force:.6g} </bodyForce>  <!-- along x [N/m³]: plasma alone flows at "
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
@@ -332,30 +352,22 @@ class _Maker:
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
         steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt)))
         velocities = max(1, steps // 4)
-        self._kinds |= {"pos" if pos else "plugin", "series" if len(seeds) > 1 else "single"}
+        self._kinds |= {"pos" if pos or not packing else "plugin", "series" if len(seeds) > 1 else "single", "cells" if packing else "plasma"}
         self._words = {
-            "title": f"Blood in {surface}", "version": _module().version(), "command": command_text,
+            "title": title, "version": _module().version(), "command": command_text,
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
-            "envelope": self._envelope, "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
-            "name": "case", "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
+            "envelope": self._envelope, "stress": f"{self._flow.stress:.3g}", "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
+            "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
             "material": steps // velocities * velocities, "particle": velocities}  # HemoCell refuses other than multiples
         case_folder.write_case(folder, self._shape, self._cells, self._kinds, self._words, seeds)
 
-    def result(self, work: str, folder: Optional[Path], unit: str, vessel: Vessel) -> NewCase:
+    def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel) -> NewCase:
         """Raises InfeasibleError"""
-        from packmesh.case import forecast
-
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
-            try:
-                forecasted = forecast(case=config)
-            except InfeasibleError as failure:
-                raise self._infeasible(str(failure)) from None
-        soft = "<soft>" in self._words["packing"]  # cells whose time nobody can tell
-        if forecasted.seconds is None and not soft:
-            raise self._infeasible(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
-        narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
-        membranes = sum(forecasted.counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
+            counts, about_cells = self._forecast(config) if "cells" in self._kinds else ({}, [])
+            narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
+        membranes = sum(counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
         if self._drive == "inlet":  # the vessel fills up
             inside = self._inlet.diameter**2 * np.pi / 4 * self._length * self._shape.dx
@@ -365,23 +377,35 @@ class _Maker:
                  "normal": tuple(end.normal.tolist())} for end in self._shape.ends]
         x, y, z = self._shape.size.tolist()
         case = NewCase(None if folder is None else os.fspath(folder), unit, (x, y, z), self._shape.nodes, self._shape.dx, self._dt,
-                       ends, narrowest, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
-                       self._possible, forecasted.counts, megabytes, hours, [])
-        case.text.extend(self._lines(case, vessel, forecasted))
-        case_folder.write_text(work, "README.md", self._kinds, {**self._words, "found": "\n".join(f"    {line}" for line in case.text)}, "README.txt")
+                       ends, narrowest, self._flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
+                       self._possible, counts, megabytes, hours, [])
+        case.text.extend(self._lines(case, unit_text, vessel, about_cells))
+        case_folder.write_text(work, "README.md", self._kinds, {**self._words, "found": [f"    {line}" for line in case.text]}, "README.txt")
         return case
+
+    def _forecast(self, config: str) -> Tuple[Dict[str, int], List[str]]:
+        """Numbers of cells, and lines about where they can be. Raises InfeasibleError"""
+        from packmesh.case import forecast
+
+        try:
+            forecasted = forecast(case=config)
+        except InfeasibleError as failure:
+            raise self._infeasible(str(failure)) from None
+        if forecasted.seconds is None and "<soft>" not in self._words["packing"]:  # of soft cells nobody can tell the time
+            raise self._infeasible(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
+        return forecasted.counts, [line for line in forecasted.text if line.startswith(("RBC can reach", "Undeformed cells"))]
 
     def _infeasible(self, text: str) -> InfeasibleError:
         softer = "" if "<soft>" in self._words["packing"] else ", or --soft, with which cells deform"
-        return InfeasibleError(f"{_without_arguments(text)}; state a lower --hematocrit{softer}")
+        return InfeasibleError(f"{_without_arguments(text)}; set a lower --hematocrit{softer}")
 
     def _volume(self) -> float:
         corners = self._shape.vertices[self._shape.triangles]
         return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6)
 
-    def _lines(self, case: NewCase, vessel: Vessel, forecasted: Any) -> List[str]:
+    def _lines(self, case: NewCase, unit_text: str, vessel: Vessel, about_cells: List[str]) -> List[str]:
         shape, flow = self._shape, self._flow
-        lines = [f"Unit of the surface: {case.unit}"]
+        lines = [f"Unit of the surface: {unit_text}"]
         lines += [f"Repaired: {repair}" for repair in vessel.repairs]
         lines.append(f"Vessel: {_numbers(shape.size)} µm, volume {self._volume():.0f} µm³, turned by {shape.turned:.1f}°, its low corner moved to the origin"
                      + (", with its mirror image" if any("seam" in note for note in shape.notes) else ""))
@@ -392,8 +416,10 @@ class _Maker:
         lines += [note[0].upper() + note[1:] for note in shape.notes]
         lines.append(f"Lattice: {' x '.join(map(str, case.nodes))} nodes at dx {case.dx:g} µm, time step {case.dt:.3g} s")
         lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / self._cells[0].length:.1f} red cells wide")
-        lines.append(f"Flow: mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at the wall {flow.shear_rate:.4g} 1/s, Reynolds number "
-                     f"{flow.velocity * self._inlet.diameter * 1e-6 / _NU:.3g}, for plasma alone at end {self._inlet.number}")
+        estimate = flow.force is not None and (not flow.straight or case.narrowest < _NODES_ACROSS * case.dx)
+        lines.append(f"Flow of plasma alone at end {self._inlet.number}: {case.flow_rate:.4g} µm³/ms, mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at "
+                     f"the wall {flow.shear_rate:.4g} 1/s, Reynolds number {flow.velocity * self._inlet.diameter * 1e-6 / _NU:.3g}")
+        lines += ["This flow is an estimate: in vessels that wind, fork or are few nodes wide HemoCell's was up to 12 % less"] * estimate
         if flow.force is not None:
             lines.append(f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa")
         else:
@@ -401,8 +427,10 @@ class _Maker:
             lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others; plasma passes the "
                          f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa")
         lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
-                     + ", ".join(f"{count} {name}" for name, count in case.counts.items()))
-        lines += [line for line in forecasted.text if line.startswith(("RBC can be in", "Undeformed cells"))]
+                     + (", ".join(f"{count} {name}" for name, count in case.counts.items()) or "none, plasma alone"))
+        lines += [f"{cell.name}: {cell.vertices} vertices, as the lattice is coarse" for cell in self._cells if cell.name == "RBC" and not cell.file
+                  and case.counts and cell.vertices < 642]
+        lines += about_cells
         lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} rank{'s' * (case.ranks != [1])}")
         lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
                      f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
@@ -411,18 +439,22 @@ class _Maker:
 
 @contextlib.contextmanager
 def _told_of(work: str, folder: Optional[Path]) -> Iterator[None]:
-    """Warnings name files where they will be; that of the envelope, which was chosen by the stress, is left out."""
-    def named(record: logging.LogRecord) -> bool:
-        text = record.getMessage().replace(work + os.sep, "" if folder is None else os.path.join(folder, ""))
-        record.msg, record.args = _without_arguments(text), ()
-        return "<particleEnvelope>" not in record.msg
+    """Warnings and errors name files where they will be."""
+    def named(text: str) -> str:
+        return _without_arguments(text.replace(work + os.sep, "" if folder is None else os.path.join(folder, "")))
+
+    def renamed(record: logging.LogRecord) -> bool:
+        record.msg, record.args = named(record.getMessage()), ()
+        return True
 
     log = logging.getLogger("packmesh")
-    log.addFilter(named)
+    log.addFilter(renamed)
     try:
         yield
+    except Error as failure:
+        raise type(failure)(named(str(failure))) from None
     finally:
-        log.removeFilter(named)
+        log.removeFilter(renamed)
 
 
 def _without_arguments(text: str) -> str:
@@ -447,51 +479,41 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("surface", help="STL, or a file that meshio or VTK reads")
     parser.add_argument("folder", nargs="?", help="to be made; default: the name of the surface without its ending")
     parser.add_argument("--dry-run", action="store_true", help="print what is found and chosen; write nothing")
-    parser.add_argument("--unit", choices=list(UNITS), help="of the surface, where it is not clear")
-    parser.add_argument("--diameter", type=command.number(0.1, 1e5, "a length [µm]"), help="of its widest end, to which it is scaled [µm]")
-    parser.add_argument("--dx", type=command.number(0.05, 5, "a length [µm]"), default=0.5, help="lattice spacing [µm] (0.5)")
-    parser.add_argument("--drive", choices=["periodic", "inlet"], help="default: periodic with two ends, inlet with more")
-    parser.add_argument("--inlet", type=command.whole(1, 10**6, "a number of an end"), metavar="end", help="where blood flows in (1, the widest)")
-    parser.add_argument("--close", type=command.whole(1, 10**6, "a number of an end"), metavar="end", action="append", default=[], help="becomes a wall")
-    parser.add_argument("--cut", type=_plane, metavar="X,Y,Z,NX,NY,NZ", action="append", default=[],
+    parser.add_argument("--unit", choices=CHOICES["unit"], help="of the surface, where it is not clear")
+    parser.add_argument("--diameter", type=kind("diameter"), help="of its widest end, to which it is scaled [µm]")
+    parser.add_argument("--dx", type=kind("dx"), default=0.5, help="lattice spacing [µm] (0.5)")
+    parser.add_argument("--drive", choices=CHOICES["drive"], help="default: periodic with two ends, inlet with more")
+    parser.add_argument("--inlet", type=kind("inlet"), metavar="end", help="where blood flows in (1, the widest)")
+    parser.add_argument("--close", type=kind("close"), metavar="end", action="append", default=[], help="becomes a wall")
+    parser.add_argument("--cut", type=plane, metavar="X,Y,Z,NX,NY,NZ", action="append", default=[],
                         help="cut off an end by the plane through a point across a direction out of the vessel, in the unit of the surface (--cut=-1,...)")
     parser.add_argument("--mirror", action="store_true", help="add the mirror image of a vessel with two ends, which makes it periodic")
-    parser.add_argument("--extend", type=command.number(0, 100, "a length in diameters"), metavar="diameters", help="straight parts at the ends (0; outlets 1)")
+    parser.add_argument("--extend", type=kind("extend"), metavar="diameters", help="straight parts at the ends (0; outlets 1)")
     flow = parser.add_mutually_exclusive_group()
-    flow.add_argument("--velocity", type=command.number(1e-6, 1e6, "a velocity [mm/s]"), metavar="mm/s", help="mean velocity of plasma at the inlet")
-    flow.add_argument("--shear-rate", type=command.number(1e-6, 1e7, "a shear rate [1/s]"), metavar="1/s", help=f"at the wall there ({DEFAULT_SHEAR_RATE:g})")
-    flow.add_argument("--reynolds", type=command.number(1e-9, 1e4, "a Reynolds number"), metavar="Re", help="by mean velocity and diameter there")
-    parser.add_argument("--time", type=command.number(1e-6, 1e6, "a time [ms]"), default=10.0, metavar="ms", help="to be simulated (10)")
-    parser.add_argument("--ranks", type=command.whole(1, 10**6, "a number of ranks"), help="in the commands of README.md and job.sh")
-    parser.add_argument("--hematocrit", type=command.number(0, 1, "a hematocrit"), default=0.3, help="of the vessel, or of the pre-inlet (0.3)")
-    parser.add_argument("--platelets", type=command.number(0, 1e3, "a ratio"), default=0.07, help="per red cell (0.07)")
-    parser.add_argument("--seed", type=command.whole(0, 2**63, "a seed"), default=1, help="of the packing (1)")
+    flow.add_argument("--velocity", type=kind("velocity"), metavar="mm/s", help="mean velocity of plasma at the inlet")
+    flow.add_argument("--shear-rate", type=kind("shear_rate"), metavar="1/s", help=f"at the wall there ({DEFAULT_SHEAR_RATE:g})")
+    flow.add_argument("--reynolds", type=kind("reynolds"), metavar="Re", help="by mean velocity and diameter there")
+    parser.add_argument("--time", type=kind("time"), default=10.0, metavar="ms", help="to be simulated (10)")
+    parser.add_argument("--ranks", type=kind("ranks"), help="in the commands of README.md and job.sh")
+    parser.add_argument("--hematocrit", type=kind("hematocrit"), default=0.3, help="of the vessel, or of the pre-inlet (0.3); 0: plasma alone")
+    parser.add_argument("--platelets", type=kind("platelets"), default=0.07, help="per red cell (0.07)")
+    parser.add_argument("--seed", type=kind("seed"), default=1, help="of the packing (1)")
     parser.add_argument("--soft", action="store_true", help="cells deform where undeformed ones do not fit")
     parser.add_argument("--cell", action="append", default=[], dest="cells", metavar="file.xml[=ratio]",
                         help="HemoCell's XML of a cell to add, WBC.xml=0.001 (per red cell), or in place of its own RBC.xml or PLT.xml")
     parser.add_argument("--pos", action="store_true", help="packMesh writes the cells to .pos files before; default: the case packs them, by the plug-in")
-    parser.add_argument("--realisations", type=command.whole(1, 10_000, "a number"), default=1, help="folders with a seed each (1)")
-    parser.add_argument("--profile", choices=["developed"], help="a cell-free layer with platelets in it")
+    parser.add_argument("--realisations", type=kind("realisations"), default=1, help="folders with a seed each (1)")
+    parser.add_argument("--profile", choices=CHOICES["profile"], help="a cell-free layer with platelets in it")
     words = parser.parse_args()
     words.cells = None if not words.cells else dict(_cell(parser, text) for text in words.cells)
     return words
-
-
-def _plane(text: str) -> Tuple[float, ...]:
-    try:
-        numbers = tuple(map(float, text.split(",")))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != 6:
-        raise argparse.ArgumentTypeError(f"expected six numbers, X,Y,Z,NX,NY,NZ, found '{text}'")
-    return numbers
 
 
 def _cell(parser: command.Parser, text: str) -> Tuple[str, Optional[float]]:
     """RBC.xml, or WBC.xml=0.001"""
     file, equals, ratio = text.partition("=")
     try:
-        return file, command.number(1e-9, 1e3, "cells per red cell")(ratio) if equals else None
+        return file, kind("cells")(ratio) if equals else None
     except argparse.ArgumentTypeError as failure:
         parser.error(f"argument --cell: {failure}")
 
@@ -505,4 +527,4 @@ def main() -> None:
         files.say(line)
     files.say("A dry run: nothing was written" if dry else f"Wrote {folder}")
     if not dry:
-        files.say(f"{os.path.join(folder, 'README.md')} states how to build and run it")
+        files.say(f"{os.path.join(folder, 'README.md')} says how to build and run it")

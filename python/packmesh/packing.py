@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional,
 import numpy as np
 
 from . import _packmesh, convert, files, scene
-from ._settings import Path, address, existing, file_name, listed, plain
+from ._settings import Path, address, existing, file_name, flag, listed, plain
 from ._values import ByValue
 from .cells import CellPacking
 from .errors import InputError, OutputError
-from .export import exported, names_of
+from .export import exported, names_of, without_pos
 from .export import write as write_exports
 from .packing_file import PackingFile
 from .stored import StateFile, Stored
@@ -281,26 +281,28 @@ class Packing(CellPacking):
     def save(self, file: Path) -> None:
         """Writes a state file (HDF5), for load(), ``packMesh --restart``, ``--start`` and ParaView (collective).
 
-        It contains meshes and cells that were given as arrays.
+        It contains meshes and cells that were given as arrays. A packing that was loaded has the same vertices in it, to the last bit.
         """
-        file = file_name("file", file)
-        if self._source is not None:
-            return self._source.write(file)
-        self._held.save(file)
+        file, source = file_name("file", file), self._source
+        if source is not None:
+            self._on_first_rank(lambda: source.write(file))
+        else:
+            self._held.save(file)
         self._state = os.path.abspath(file)
 
     def _numbers(self, setting: str) -> Any:
         """These cells in place of a state (collective)."""
         return self._held.numbers(setting)
 
-    def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
+    def write_pos(self, folder: Path = ".", export: Sequence[str] = (), undeformed: bool = False) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective). Returns what was written.
 
         Species with deformed cells have no ``.pos`` file, with a warning; if nothing else is to be written, InputError is raised. A
         state that save() writes has them.
 
-        export: formats to write beside them: "csv", "espresso", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "npfem", "stl", "vtk",
-        "vtk-meshes".
+        export: formats to write beside them: "csv", "espresso", "espresso-membranes", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo",
+            "npfem", "stl", "vtk", "vtk-meshes".
+        undeformed: formats that hold poses, which refuse deformed cells, hold them undeformed, with a warning how many of these overlap
         """
         formats = [plain("export", str(one)) for one in listed("export", export, str)]
         name = file_name("folder", folder, "a folder")
@@ -308,7 +310,7 @@ class Packing(CellPacking):
             written = self._held.write(name, [])
             self._tell_left_out(written, not written)
             return written
-        with self._exports(name, formats) as (names, write):
+        with self._exports(name, formats, flag("undeformed", undeformed)) as (names, write):
             written = self._held.write(name, names)
             self._tell_left_out(written, False)
             return written + write()
@@ -318,23 +320,24 @@ class Packing(CellPacking):
         if not self.deformed:
             return
         there = {path.name for path in written}
-        missing = [name + ".pos" for name, count in self.counts.items() if count and name + ".pos" not in there]
+        missing = [name for name, count in self.counts.items() if count and name + ".pos" not in there]
         if not missing:
             return
-        text = (f"{' and '.join(missing)} {'is not written: it' if len(missing) == 1 else 'are not written: they'} cannot have cells with meshes "
-                "of their own; save() writes a state that has them")
+        text = without_pos(missing)
         if is_error:
             raise InputError(f"write_pos: {text}")
         if self._comm is None or self._comm.rank == 0:
             _log.warning(text)
 
-    def write_vtp(self, folder: Path = ".", meshes: bool = False) -> List[pathlib.Path]:
+    def write_vtp(self, folder: Path = ".", meshes: bool = False, undeformed: bool = False) -> List[pathlib.Path]:
         """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``packmesh render``
-        (collective).
+        (collective). With deformed cells it raises InputError: ``write_pos(folder, export=["vtk-meshes"])`` writes their membranes.
 
         meshes: also ``<species>_cells.vtp``, all membranes.
+        undeformed: write deformed cells undeformed, with a warning how many of these overlap
         """
-        with self._exports(file_name("folder", folder, "a folder"), ["vtk", "vtk-meshes"] if meshes else ["vtk"]) as (names, write):
+        formats = ["vtk", "vtk-meshes"] if flag("meshes", meshes) else ["vtk"]
+        with self._exports(file_name("folder", folder, "a folder"), formats, flag("undeformed", undeformed)) as (names, write):
             self._held.require_writable(names)
             return write()
 
@@ -371,10 +374,10 @@ class Packing(CellPacking):
                     os.remove(name)
 
     @contextlib.contextmanager
-    def _exports(self, folder: str, formats: Sequence[str]) -> Iterator[Tuple[List[str], Callable[[], List[pathlib.Path]]]]:
+    def _exports(self, folder: str, formats: Sequence[str], undeformed: bool) -> Iterator[Tuple[List[str], Callable[[], List[pathlib.Path]]]]:
         """The names of the files of these formats, and what writes them and returns their paths."""
         with self._tables(folder) as tables:
-            exports = self._on_first_rank(lambda: exported(PackingFile(tables), formats), keeps=True)
+            exports = self._on_first_rank(lambda: exported(PackingFile(tables), formats, undeformed), keeps=True)
             names = self._on_first_rank(lambda: names_of(exports, folder))
 
             def write() -> List[pathlib.Path]:

@@ -12,7 +12,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _packmesh
-from ._settings import Path, file_name, mapping, pos_rows
+from ._settings import Path, existing, file_name, mapping, pos_rows
 
 __all__ = ["read_pos", "write_pos", "quaternions"]
 
@@ -24,7 +24,7 @@ def read_pos(file: Path) -> np.ndarray:
 
     What HemoCell accepts but other tools do not is logged as a warning. Raises InputError with file and line.
     """
-    lines, warnings = _packmesh.read_pos(file_name("file", file))
+    lines, warnings = _packmesh.read_pos(existing(file_name("file", file)))
     for warning in warnings:
         _log.warning(warning)
     return lines

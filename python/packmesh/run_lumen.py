@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Dict, List, Optional, Set, Tuple, Union
 import numpy as np
 
 from packmesh.errors import InputError
+from packmesh.files import existing
 from packmesh.joined_cells import Domain
 from packmesh.vessel_surface import caps_of, components, merged
 
@@ -41,7 +42,7 @@ def config_of(case: "Union[None, str, os.PathLike[str]]") -> Optional[str]:
     if case is None:
         return None
     name = os.fspath(case)
-    return os.path.join(name, "config.xml") if os.path.isdir(name) else name
+    return os.path.join(name, "config.xml") if os.path.isdir(name) else existing(name)
 
 
 def root_of(config: str) -> xml.etree.ElementTree.Element:

@@ -271,7 +271,7 @@ def read_cells(packing):
     from packmesh import export
 
     with tempfile.TemporaryDirectory() as folder:
-        export.write(export.exported(packing, ["vtk"]), folder)
+        export.write(export.files_of(packing, ["vtk"]), folder)
         species, lumen = read_packing(folder)
     for one in species:
         take_own(one, packing)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""The state file of a packing as bytes, so that packings can be pickled."""
+"""The state file of a packing: as bytes, so that packings can be pickled, and copied."""
 from __future__ import annotations
 
 import dataclasses
+import io
+import json
 import os
 import pathlib
 import tempfile
 from typing import Any, Callable, Tuple
+
+import numpy as np
 
 from . import files
 from .errors import InputError
@@ -36,12 +40,9 @@ class Stored:
         return state
 
     def write(self, state: str) -> None:
-        """Writes the state under this name. Raises InputError, OutputError"""
-        if self.path:
-            raise InputError(f"the packing was loaded from {self.path}: copy that file")
-        with files.Outputs() as outputs:
-            outputs.write(state, [self.content])
-            outputs.commit()
+        """Writes the same packing under this name. Raises OutputError"""
+        same_folder = os.path.dirname(self.path) == os.path.dirname(os.path.abspath(state))
+        files.write(state, [self.content if same_folder or not self.path else _moved(self.content, os.path.dirname(self.path))])
 
 
 class StateFile:
@@ -61,9 +62,42 @@ class StateFile:
     def read(self) -> Stored:
         """Raises InputError if it is another one by now"""
         if not self._version or self._found() != self._version:
-            raise InputError(f"{self.path}: is no longer the file that the packing was loaded from, so the packing cannot be pickled")
+            raise InputError(f"{self.path}: is no longer the file that the packing was loaded from, so the packing can neither be pickled nor saved")
         with open(self.path, "rb") as file:
             return Stored(file.read(), self.path)
 
-    def write(self, _state: str) -> None:
-        raise InputError(f"the packing was loaded from {self.path}: copy that file")
+    def write(self, state: str) -> None:
+        """Raises InputError if it is another file by now, OutputError"""
+        self.read().write(state)
+
+
+def _moved(content: bytes, folder: str) -> bytes:
+    """Of a state, one for any folder: it names files of its request relative to its own."""
+    import h5py
+
+    from . import _packmesh
+
+    def whole(json_: Any) -> Any:
+        if isinstance(json_, list):
+            return [whole(one) for one in json_]
+        if not isinstance(json_, dict):
+            return json_
+        if list(json_) != ["beside"]:
+            return {key: whole(value) for key, value in json_.items()}
+        name = json_["beside"]
+        if isinstance(name, str):
+            return os.path.join(folder, name)
+        return {"bytes": [*os.fsencode(os.path.join(folder, "")), *name["bytes"]]}  # no UTF-8
+
+    with h5py.File(io.BytesIO(content), "r") as file:
+        text = file["request/text"][()].tobytes() if "request" in file else b""
+    if b'{"beside":' not in text:
+        return content
+    with tempfile.TemporaryDirectory(prefix="packmesh-") as work:
+        state = pathlib.Path(work, "packing.h5")
+        state.write_bytes(content)
+        with h5py.File(state, "r+") as file:
+            del file["request/text"]
+            file["request"].create_dataset("text", data=np.frombuffer(json.dumps(whole(json.loads(text)), ensure_ascii=False).encode(), np.uint8))
+        _packmesh.seal_state(str(state))
+        return state.read_bytes()

@@ -16,6 +16,7 @@ _SHARP = np.cos(np.radians(35))  # between a cap and the wall, also where the en
 _FLATNESS = 0.02  # largest distance of a cap's vertices from its plane, over its diameter
 _ROUND = 0.5  # least 4 π area / perimeter² of a cap: a rectangle of 1 : 3 has 0.59, a facet along a vessel less
 _SMALL = 0.01  # least diameter of a cap, over the diagonal of the surface
+_NEAR = 0.02  # vertices that are so near to a cut move onto its plane, over their shortest edge
 _FRAGMENTS = 0.01  # parts with fewer than this share of all triangles are fragments
 _HOLE = 0.05  # an opening below this share of the largest end's diameter is a hole
 _HOLE_EDGES, _END_EDGES = 5, 12  # and so is one of so few edges where another has so many
@@ -65,6 +66,8 @@ def vessel_of(name: str, cuts: Sequence[Sequence[float]] = ()) -> Vessel:
     triangles = _oriented(name, triangles, repairs)
     for plane in cuts:
         vertices, triangles = _cut_off(name, vertices, triangles, np.array(plane[:3], float), np.array(plane[3:], float))
+        if not len(triangles):
+            raise InputError(f"{name}: the planes of --cut leave nothing of the surface; their normals point out of the vessel")
     used, number = np.unique(triangles, return_inverse=True)
     vertices, triangles = vertices[used], number.reshape(-1, 3)
     caps = caps_of(vertices, triangles)
@@ -172,10 +175,16 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
 
 def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Without what lies beyond a plane and is connected there with the outline in that plane whose middle is nearest to a point. Raises InputError"""
-    height = (vertices - point) @ normal / np.linalg.norm(normal)
-    height[np.abs(height) < _SAME * np.linalg.norm(np.ptp(vertices, axis=0))] = 0.0  # no slender triangles
-    beyond = height > 0
+    normal = normal / np.abs(normal).max()
+    normal /= np.linalg.norm(normal)
+    height = (vertices - point) @ normal
     pairs, _, edges = neighbors(name, triangles)
+    shortest = np.full(len(vertices), np.inf)
+    np.minimum.at(shortest, edges, np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[:, None])
+    near = np.abs(height) < _NEAR * shortest
+    vertices = vertices - np.where(near, height, 0)[:, None] * normal  # no slender triangles
+    height[near] = 0.0
+    beyond = height > 0
     crossing = beyond[edges[:, 0]] != beyond[edges[:, 1]]
     if not crossing.any():
         raise InputError(f"{name}: the plane of --cut at {', '.join(f'{x:g}' for x in point)} does not meet the surface")
@@ -196,7 +205,10 @@ def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.n
         ring: List[int] = []
         for one, other in zip(corners, corners[1:] + corners[:1]):
             ring += [] if beyond[one] else [one]
-            ring += [key[min(one, other), max(one, other)]] if beyond[one] != beyond[other] else []
+            if beyond[one] != beyond[other]:
+                if (min(one, other), max(one, other)) not in key:
+                    raise InputError(f"{name}: the plane of --cut at {', '.join(f'{x:g}' for x in point)} meets an opening; expected a plane apart from other ends")
+                ring.append(key[min(one, other), max(one, other)])
         ring = [at for at, following in zip(ring, ring[1:] + ring[:1]) if at != following]
         left += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
     return np.concatenate([vertices, places]), np.concatenate([triangles[~cut], np.array(left, int).reshape(-1, 3)])
@@ -232,6 +244,9 @@ def caps_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     for k in np.flatnonzero(likely):
         own = number == k
         mean = (normal[own] * area[own, None]).sum(axis=0)
+        if np.linalg.norm(mean) < _SHARP * areas[k]:  # the wall of a smooth tube, round and with two sharp edges
+            likely[k] = False
+            continue
         mean /= np.linalg.norm(mean)
         depth = vertices[triangles[own]].reshape(-1, 3) @ mean
         likely[k] = np.ptp(depth) < _FLATNESS * np.sqrt(4 * areas[k] / np.pi)
@@ -278,18 +293,18 @@ def _end(vertices: np.ndarray, outline: np.ndarray, was_closed: bool) -> End:
     return End(outline, center, normal, float(np.sqrt(4 * area / np.pi)), float(np.abs((points - center) @ normal).max()), was_closed)
 
 
-def microns(vessel: Vessel, unit: Optional[str], diameter: Optional[float]) -> Tuple[float, str]:
-    """Factor from the file's unit to µm, and what it is taken for. unit: m, cm, mm or um; diameter: of the widest end [µm].
-    Raises InputError where neither is stated nor clear."""
+def microns(vessel: Vessel, unit: Optional[str], diameter: Optional[float]) -> Tuple[float, Optional[str], str]:
+    """Factor from the file's unit to µm; the unit, None if the vessel is scaled; and how it was found. unit: m, cm, mm or um; diameter: of the widest
+    end [µm]. Raises InputError where neither is given nor clear."""
     widest = vessel.ends[0].diameter if vessel.ends else float(np.linalg.norm(np.ptp(vessel.vertices, axis=0)))
     if diameter is not None:
-        return diameter / widest, f"scaled to a diameter of {diameter:g} µm"
+        return diameter / widest, None, f"scaled to a diameter of {diameter:g} µm"
     if unit is not None:
-        return UNITS[unit], {"um": "µm"}.get(unit, unit)
+        return UNITS[unit], unit, {"um": "µm"}.get(unit, unit)
     for name, low, high in (("um", 10.0, 400.0), ("mm", 0.004, 0.4), ("m", 4e-6, 4e-4)):
         if low <= widest <= high:
-            return UNITS[name], {"um": "µm"}.get(name, name) + f", as its widest end is {widest:g} wide (--unit states another)"
-    raise InputError(f"the unit of the surface is not clear: its widest end is {widest:g} wide. State it by --unit m, cm, mm or um, or the "
+            return UNITS[name], name, {"um": "µm"}.get(name, name) + f", as its widest end is {widest:g} wide (--unit sets another)"
+    raise InputError(f"the unit of the surface is not clear: its widest end is {widest:g} wide. Give it by --unit m, cm, mm or um, or the "
                      "diameter of this end in the simulation by --diameter <µm>")
 
 

@@ -247,7 +247,7 @@ const std::vector<Vec3>* HeldCells::ownVertices(std::size_t cell) const {
 }
 
 Placement HeldCells::placement(std::size_t cell) const {
-  return packing ? packing->cells[cell].placement : placementOf(posLineOf(loaded->cells[cell].pose));
+  return packing ? packing->cells[cell].placement : placementOf(lineOf(loaded->cells[cell]));
 }
 
 std::shared_ptr<const Request> HeldCells::request() const {

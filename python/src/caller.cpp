@@ -115,13 +115,14 @@ void raise(const Failure& failure) {
 void logToPython() {
   const py::module_ logging = py::module_::import("logging");
   const py::object logger = logging.attr("getLogger")("packmesh");
-  logger.attr("addHandler")(logging.attr("NullHandler")());
   auto held = std::make_shared<py::object>(logger.attr("log"));
   log::setSink([held](log::Kind kind, const std::string& message) {
     inPython("a handler of the log", [&] {
       const py::object text = inPythonsWords(message);
-      (*held)(loggingLevel(kind), text);
-      if (kind == log::Kind::repair) py::module_::import("packmesh.errors").attr("warn_of_repair")(text);
+      if (kind == log::Kind::repair)
+        py::module_::import("packmesh.errors").attr("warn_of_repair")(text);
+      else
+        (*held)(loggingLevel(kind), text);
     });
   });
   // At exit, Python ends before the objects of the library.

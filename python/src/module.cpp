@@ -36,8 +36,10 @@
 #include "packMesh/core/poll.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
+#include "packMesh/io/sealed_file.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/union_find.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/state_file.h"
 
 namespace py = pybind11;
@@ -360,19 +362,24 @@ py::array_t<double> linesOfCells(const PythonPacking& packing) {
   const Held& held = packing.held;
   if (held->packing) return arrayOf(posLinesOf(*held->packing));
   std::vector<PosLine> lines;
-  for (const Cell& cell : held->loaded->cells) lines.push_back(posLineOf(cell.pose));
+  for (const Cell& cell : held->loaded->cells) lines.push_back(lineOf(cell));
   return arrayOf(lines);
 }
 
+/// Pre: was packed, not loaded
 void save(const PythonPacking& packing, const fs::path& file) {
   const Held held = packing.held;
   Caller caller;
   caller.run([&] {
     caller.listenTo(held->ranks);
-    if (!held->file.empty())
-      throw InputError("the packing was loaded from " + held->file.string() + ": copy that file");
     savePacking(*held->packing, file);
   });
+}
+
+/// Makes a state valid again whose contents were edited.
+void sealState(const fs::path& file) {
+  const std::string error = seal(file, {"state", stateVersion, writer()});
+  if (!error.empty()) throw OutputError(file.string() + ": " + error);
 }
 
 /// All cells with their meshes, in place of a state. All ranks call.
@@ -459,6 +466,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("pack", &pack);
   module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
   module.def("is_of_run", &isOfRun);
+  module.def("seal_state", &sealState);
   module.def("check", &checkFiles);
   module.def("forecast", &forecast);
   module.def("read_pos", &readPosFile);

@@ -49,4 +49,4 @@ for cell in RBC RBC_stiff PLT WBC SickleRBC; do
   test "$(head -n 1 $cell.pos)" -gt 0
   test "$(wc -l < $cell.pos)" -eq $(($(head -n 1 $cell.pos) + 1))
 done
-sed -n 's/^(packMesh) Wrote //p' output.txt | while IFS= read -r file; do test -s "$file"; done
+sed -nE 's/^\(packMesh\) Wrote ([^(]*[^( ]).*/\1/p' output.txt | while IFS= read -r file; do test -s "$file"; done

@@ -19,7 +19,7 @@ GROUPS = {
     "Cases of HemoCell": ["new_case", "NewCase"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "RepairWarning"],
+    "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "PackingWarning", "RepairWarning"],
 }
 
 

@@ -146,7 +146,7 @@ def test_existing_cells(program, tmp_path):
 def test_exports(program, tmp_path):
     formats = re.findall(r'"([a-z-]+)"', packmesh.Packing.write_pos.__doc__)
     _, text = program(20, 20, 20, "--rbc", 10, "--export", "none", code=1)
-    assert len(formats) == 11 and all(one in text for one in formats)
+    assert len(formats) == 12 and all(one in text for one in formats)
     formats = [one for one in formats if one != "npfem" and (one != "gsd" or importlib.util.find_spec("gsd"))]  # npfem: needs cells from files
     folder, _ = program(20, 20, 20, "--rbc", 10, *(word for one in formats for word in ("--export", one)))
     files = packmesh.pack(box=(20, 20, 20), species={"RBC": 10}).write_pos(tmp_path / "python", export=formats)

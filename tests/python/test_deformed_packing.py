@@ -56,7 +56,8 @@ def test_packing(step, tmp_path):
     assert packing.fit_errors[:5].max() < 1e-5 and 0.05 < packing.fit_errors[5:].min() < packing.fit_errors[5:].max() < 0.3
     volume = 5 * shapes_of(template("RBC")[0][None], template("RBC")[1]).volume[0]
     assert packing.hematocrit == pytest.approx(volume / (np.pi * 81 * 30), rel=1e-5)
-    written = packing.write_pos(tmp_path / "step", export=["stl", "vtk-meshes"])
+    with pytest.warns(packmesh.PackingWarning, match="9 of 9 cells are deformed, but are written undeformed: these cells overlap in 4 pairs"):
+        written = packing.write_pos(tmp_path / "step", export=["stl", "vtk-meshes"], undeformed=True)
     assert {path.name for path in written} == {"RBC.pos", "PLT.pos", "cells.stl", "RBC_cells.vtp", "PLT_cells.vtp"}
     np.testing.assert_array_equal(packmesh.read_pos(tmp_path / "step/PLT.pos"), packing.pos_lines("PLT"))
     # The file has the deformed membranes: their volume is that of the stretched platelets.
@@ -70,16 +71,18 @@ def test_export_command(step, case):
     def export(*words, code=0):
         return output_of(["export", *words], case, code)
 
-    text = export("output", "--case", "config.xml", "--format", "stl", "--format", "csv", "--folder", "exported")
-    assert "Wrote exported/cells.stl" in text and "Warning" not in text
+    words = ["output", "--case", "config.xml", "--format", "stl", "--format", "csv", "--folder", "exported"]
+    assert "export: csv holds undeformed cells at the places" in export(*words, code=2) and not (case / "exported").exists()
+    text = export(*words, "--undeformed")
+    assert "Wrote exported/cells.stl" in text and "(Warning) 9 of 9 cells are deformed, but are written undeformed: these cells overlap in 4 pairs" in text
     step.packing().write_pos(case / "other", export=["stl"])
     assert (case / "exported/cells.stl").read_bytes() == (case / "other/cells.stl").read_bytes()
     assert "\n1,RBC," in (case / "exported/cells.csv").read_text()
     step.packing().save(case / "run.h5")
-    assert "Warning" not in export("run.h5", "--format", "csv", "--folder", "exported")
+    assert "Warning" not in export("run.h5", "--format", "stl", "--folder", "exported")
     with h5py.File(case / "run.h5", "r+") as file:  # a state of a packing
         file.attrs["origin"] = ""
-    text = export("run.h5", "--format", "csv", "--folder", "exported")
+    text = export("run.h5", "--format", "stl", "--folder", "exported")
     assert "(Warning) run.h5: its cells are not those of a finished packing: they may overlap" in text
     assert "there is no step of iteration 7" in export("output", "--step", 7, "--format", "stl", code=2)
     assert "--step and --case are for the output folder of a run" in export("a.h5", "--step", 7, "--format", "stl", code=2)
@@ -122,7 +125,7 @@ def test_state_without_a_case(step, case, caplog):
     """The lumen in it is a guess, which is told; not for what does not use it."""
     packing = packmesh.hemocell_output(case / "output")[0].packing()
     packing.check()
-    packing.write_pos(case / "pos")
+    packing.write_pos(case / "stl", export=["stl"])
     assert not caplog.messages
     packing.save(case / "state.h5")
     assert caplog.messages == [f"{step.folder}: without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm, "
@@ -139,14 +142,14 @@ def test_exports_without_a_case(step, case, caplog):
     packing = packmesh.hemocell_output(case / "output")[0].packing()
     packing.write_pos(case / "meshes", export=["stl", "vtk-meshes"])
     assert not caplog.messages
-    names = {path.name for path in packing.write_pos(case / "exports", export=["vtk", "csv", "extxyz"])}
+    names = {path.name for path in packing.write_pos(case / "exports", export=["vtk", "csv", "extxyz"], undeformed=True)}
     assert {"RBC.vtp", "lumen.vtp", "cells.csv", "cells.extxyz"} <= names
     assert [text for text in caplog.messages if "without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text]
     packing.save(case / "state.h5")
-    packmesh.load(case / "state.h5").write_pos(case / "loaded", export=["vtk", "csv"])
+    packmesh.load(case / "state.h5").write_pos(case / "loaded", export=["vtk", "csv"], undeformed=True)
     assert (case / "loaded/lumen.vtp").read_bytes() == (case / "exports/lumen.vtp").read_bytes()
     assert (case / "loaded/cells.csv").read_text().splitlines()[:3] == (case / "exports/cells.csv").read_text().splitlines()[:3]
-    step.packing().write_pos(case / "with", export=["vtk"])
+    step.packing().write_pos(case / "with", export=["vtk"], undeformed=True)
     assert len(vtp.read(case / "with/lumen.vtp").triangles) > 100
 
 

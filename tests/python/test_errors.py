@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Errors are exceptions with the texts of the program, except for what becomes of the cells, and for names of arguments."""
+import errno
+import inspect
 import os
 import pathlib
+import pickle
 import re
 import warnings
 
@@ -370,7 +373,70 @@ def test_repairs_are_warnings(tmp_path, tube, caplog):
         assert "merged" in text or [one.levelname for one in caplog.records if text in one.message] == ["WARNING"]
     (tmp_path / "config.xml").write_text(TUBE_CASE)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", packmesh.RepairWarning)
         packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=(vertices, triangles))})
         with pytest.raises(packmesh.RepairWarning, match="flipped 1 surface"):
             packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=inverted)})
+
+
+FILES = {
+    "load": lambda path: packmesh.load(path), "read_pos": lambda path: packmesh.read_pos(path), "Case": lambda path: packmesh.Case(path),
+    "hemocell_output": lambda path: packmesh.hemocell_output(path), "check": lambda path: packmesh.check(path, box=(9, 9, 9)),
+    "check case": lambda path: packmesh.check(".", case=path), "config": lambda path: packmesh.hemocell_output(".", config=path),
+    **{name: lambda path, name=name: packmesh.pack(**{name: path}) for name in ("case", "vessel", "restart")},
+    **{name: lambda path, name=name: packmesh.pack(box=(9, 9, 9), **{name: path}) for name in ("fixed", "start", "blood", "profile")},
+    "mesh": lambda path: packmesh.pack(box=(9, 9, 9), species={"RBC": packmesh.Species(count=1, mesh=path)}),
+    "obstacles": lambda path: packmesh.pack(box=(9, 9, 9), obstacles=packmesh.Mesh(path), species={"RBC": 1})}
+
+
+@pytest.mark.parametrize("call", FILES.values(), ids=FILES)
+def test_missing_files_are_those_of_python(call, tmp_path):
+    """As open() raises them: errno, file name; and the text names the file once."""
+    path = str(tmp_path / "none.h5")
+    with pytest.raises(FileNotFoundError) as raised:
+        call(path)
+    for error in (raised.value, pickle.loads(pickle.dumps(raised.value))):
+        assert isinstance(error, packmesh.MissingFileError) and isinstance(error, packmesh.InputError)
+        assert (error.errno, error.filename, error.strerror) == (errno.ENOENT, path, "No such file or directory")
+        assert str(error).endswith(f"{path}: no such file") and str(error).count(path) == 1
+
+
+@pytest.mark.parametrize("name", [name for name, parameter in inspect.signature(packmesh.pack).parameters.items() if isinstance(parameter.default, bool)]
+                         + ["red_cell", "rigid", "progress"])
+@pytest.mark.parametrize("value", ["false", "True", "no", 2, None])
+def test_booleans_are_no_texts(name, value):
+    """"false" is not False, and not taken for True."""
+    if name in ("red_cell", "rigid"):
+        arguments = dict(species={"RBC": packmesh.Species(count=1, **{name: value})})
+    else:
+        arguments = {name: value, "species": {"RBC": 1}}
+    if value is None and name in ("red_cell", "rigid", "progress"):
+        return
+    with pytest.raises(packmesh.InputError, match=f'^{"species.*" if name in ("red_cell", "rigid") else ""}{name}: expected .*True'):
+        packmesh.pack(box=(20, 20, 20), **arguments)
+
+
+def test_warnings_are_those_of_python():
+    """Of a class of the package, at the line of the caller, each once; errors if that is asked for."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1)
+    assert [(one.category, str(one.message), one.filename) for one in told] == [
+        (packmesh.PackingWarning, "platelets is ignored: it belongs to hematocrit", __file__)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", packmesh.PackingWarning)
+        with pytest.raises(packmesh.PackingWarning, match="platelets is ignored"):
+            packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1)
+    assert issubclass(packmesh.RepairWarning, packmesh.PackingWarning)
+
+
+def test_misspelled_cells():
+    with pytest.raises(packmesh.InputError, match=r"cell 'RCB' is unknown \(did you mean 'RBC'\?\): give it axes"):
+        packmesh.pack(box=(20, 20, 20), species={"RCB": 3})
+
+
+def test_advice_in_terms_of_python(pipe):
+    for code in pipe.glob("*.cpp"):
+        code.unlink()
+    with pytest.warns(packmesh.PackingWarning, match=r'give it by <species name="RBC" minimumDistanceFromSolid="..."/> or Species\(minimum_distance_from_solid\)$'):
+        packmesh.forecast(case=pipe / "config.xml", hematocrit=0.1)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packings and .pos files that are written and read."""
 import json
+import pickle
 import tempfile
 
 import numpy as np
@@ -9,6 +10,7 @@ from conftest import assert_same_cells, needs_cat
 
 import packmesh
 from packmesh import Species
+from packmesh.packing_file import PackingFile
 
 PACKINGS = {
     "box": dict(box=(20, 20, 20), hematocrit=0.3),
@@ -39,8 +41,58 @@ def test_save_and_load(name, tmp_path, monkeypatch):
     assert loaded.certificate.minimum_gap == packing.certificate.minimum_gap
     assert loaded.report()["measures"] == packing.report()["measures"]
     assert packmesh.pack(**{**PACKINGS["box"], "start": loaded}) if name == "box" else True
-    with pytest.raises(packmesh.InputError, match="copy that file"):
-        loaded.save("copy.h5")
+    loaded.save("copy.h5")
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "cells.h5").read_bytes()
+
+
+def of_lines(box):
+    """Cells that stay where lines of .pos files say, which other angles would say to the last bits only."""
+    rigid = packmesh.pack(box=(20, 20, 20), hematocrit=0.2, seed=1)
+    return packmesh.pack(box=(20, 20, 20), fixed=rigid, species=rigid.counts)
+
+
+def of_vertices(box):
+    return packmesh.packing_of({"RBC": packmesh.pack(**box, hematocrit=0.73, platelets=0, soft=True).vertices("RBC")}, **box)
+
+
+@pytest.mark.parametrize("made", [of_lines, lambda box: packmesh.pack(**box, hematocrit=0.73, soft=True, platelets=0), of_vertices])
+def test_what_is_saved_is_what_was_certified(made, tmp_path):
+    """Bit for bit, also of what was loaded, pickled, completed, and of files that other programs are given."""
+    packing = made(dict(box=(10, 10, 10), ends="periodic"))
+    packing.save(tmp_path / "first.h5")
+    loaded = packmesh.load(tmp_path / "first.h5")
+    loaded.save(tmp_path / "second.h5")
+    pickle.loads(pickle.dumps(packmesh.load(tmp_path / "second.h5"))).save(tmp_path / "third.h5")
+    completed = packmesh.load(tmp_path / "third.h5")
+    assert completed.certificate.clean and completed.certificate.minimum_gap == packing.certificate.minimum_gap
+    for one in (loaded, completed, packmesh.pack(fixed=loaded, species=packing.counts, **lumen_of(packing))):
+        for index, name in enumerate(packing.species_names):
+            np.testing.assert_array_equal(one.vertices(name), packing.vertices(name))
+            np.testing.assert_array_equal(one.pos_lines(name), packing.pos_lines(name))
+    for name in ("first.h5", "third.h5"):
+        file = PackingFile(str(tmp_path / name))
+        for index, species in enumerate(packing.species_names):
+            np.testing.assert_array_equal(file.membranes(index, file.of(index)), packing.vertices(species))
+
+
+def lumen_of(packing):
+    return dict(box=tuple(packing.period), ends="periodic") if packing.period.any() else dict(box=(20, 20, 20))
+
+
+def test_save_beside_other_files(pipe, tmp_path):
+    """A loaded state names files relative to its folder: saved to another one, it names them from there, too."""
+    packmesh.Case(pipe / "config.xml").pack(hematocrit=0.1).save(pipe / "cells.h5")
+    (tmp_path / "other").mkdir()
+    packmesh.load(pipe / "cells.h5").save(tmp_path / "other/cells.h5")
+    packmesh.load(pipe / "cells.h5").save(pipe / "copy.h5")
+    assert (pipe / "copy.h5").read_bytes() == (pipe / "cells.h5").read_bytes()
+    assert packmesh.check(tmp_path / "other/cells.h5").clean
+    moved, there = packmesh.load(tmp_path / "other/cells.h5"), packmesh.load(pipe / "cells.h5")
+    assert moved.request == there.request and moved.certificate == there.certificate
+    np.testing.assert_array_equal(moved.vertices("RBC"), there.vertices("RBC"))
+    (pipe / "cells.h5").write_bytes(b"another")
+    with pytest.raises(packmesh.InputError, match="is no longer the file that the packing was loaded from"):
+        there.save(tmp_path / "late.h5")
 
 
 def test_program_continues_from_saved_cells(program, tmp_path):

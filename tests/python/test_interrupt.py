@@ -26,7 +26,7 @@ except KeyboardInterrupt:
     print("interrupted", flush=True)
 print(len(packmesh.pack(box=(20, 20, 20), species={{"RBC": 5}})))
 """
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    process = subprocess.Popen([sys.executable, "-W", "ignore::UserWarning", "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                cwd=tmp_path)
     assert process.stdout.readline() == "packing\n"
     process.send_signal(signal.SIGINT)

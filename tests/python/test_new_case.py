@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import warnings
 import xml.etree.ElementTree
 
 import numpy as np
@@ -11,7 +12,7 @@ import packmesh
 import pytest
 from conftest import SOURCE, write_off
 from forked_commands import output_of
-from packmesh import case_folder, picture, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
+from packmesh import case_cells, case_folder, picture, quoting, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
 from write_run import sphere
 
 TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
@@ -66,8 +67,9 @@ def bifurcation(tmp_path_factory):
     return folder / "vessel.stl"
 
 
-RED = "<hemocell><MaterialModel><radius> 3e-6 </radius><minNumTriangles> 200 </minNumTriangles></MaterialModel></hemocell>"
-WHITE = RED.replace("3e-6", "4.5e-6").replace("200", "600")
+CONSTANTS = "".join(f"<{name}> 1 </{name}>" for name in ("kVolume", "kArea", "kLink", "kBend", "eta_m"))
+RED = f"<hemocell><MaterialModel><radius> 3e-6 </radius><minNumTriangles> 200 </minNumTriangles>{CONSTANTS}</MaterialModel></hemocell>"
+WHITE = RED.replace("3e-6", "4.5e-6").replace("> 200", "> 600").replace("<eta_m>", "<kInnerRigid> 1 </kInnerRigid><kCytoskeleton> 1 </kCytoskeleton><coreRadius> 1 </coreRadius><eta_m>")
 
 
 def compile_case(folder, scratch):
@@ -97,6 +99,11 @@ def tag(folder, name):
     return float(xml.etree.ElementTree.parse(folder / "config.xml").getroot().findtext(name))
 
 
+def fluid_volume(folder):
+    """Of HemoCell's fluid nodes [µm³]"""
+    return packmesh.pack(case=folder / "config.xml", hematocrit=0.02, platelets=0).report()["lumen"]["lattice"]["fluidVolume"]
+
+
 def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     vertices, triangles = swept(straight(), 10.0)
     write_stl(tmp_path / "tube.stl", 1e-3 * vertices @ TURN.T + [1000.0, 0, 0], triangles[:, ::-1])
@@ -117,7 +124,7 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     area = 0.5 * 32 * np.sin(2 * np.pi / 32) * 10**2 * 1e-12
     assert tag(folder, "drive/bodyForce") == pytest.approx(8 * np.pi * 1.1e-6 * 1025 * 2e-3 / area, rel=0.01)
     forecast = packmesh.Case(folder / "config.xml").forecast()
-    assert forecast.counts["RBC"] == round(0.2 * forecast.lumen_volume / 81.1163)
+    assert forecast.counts["RBC"] == round(0.2 * fluid_volume(folder) / 81.1163)
     from packmesh import _packmesh
     assert _packmesh.lumen(folder / "config.xml").period[0] == pytest.approx(size[0] + 3 * 0.5)
     assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
@@ -276,7 +283,7 @@ def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
 def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
     case = packmesh.new_case(bifurcation, tmp_path / "case", reynolds=0.05, time=2)
     assert [end["role"] for end in case.ends] == ["inlet", "outlet", "outlet"] and [end["face"] for end in case.ends] == ["x-", "x+", "x+"]
-    assert case.unit.startswith("µm") and case.body_force is None and 2 in case.ranks and 1 not in case.ranks
+    assert case.unit == "um" and case.body_force is None and 2 in case.ranks and 1 not in case.ranks
     assert tag(tmp_path / "case", "preInlet/parameters/Re") == pytest.approx(0.1) and tag(tmp_path / "case", "sim/tmax") == 20000
     code = (tmp_path / "case/case.cpp").read_text()
     assert code.count("openOutlet(hemocell, *fluid, Box3D(") == 2 and "Direction::Xneg" in code and "bodyForce" not in code
@@ -611,7 +618,7 @@ def test_cells_of_the_user(tmp_path):
                       "--platelets", "0", "--hematocrit", "0.2"], tmp_path)
     folder = tmp_path / "case"
     assert re.search(r"Cells: \d{3} RBC, \d+ WBC, \d+ Star", text) and not (folder / "PLT.xml").exists()
-    assert (folder / "RBC.xml").read_text() == RED and "<StlFile> star.stl </StlFile>" in (folder / "Star.xml").read_text()
+    assert (folder / "RBC.xml").read_text() == RED and "<StlFile> cell_Star.stl </StlFile>" in (folder / "Star.xml").read_text()
     code = (folder / "case.cpp").read_text()
     assert 'addCellType<WbcHighOrderModel>("WBC", WBC_SPHERE)' in code and 'addCellType<RbcMalariaModel>("Star", MESH_FROM_STL)' in code
     assert "#include <rbcMalariaModel.h>\n#include <wbcHighOrderModel.h>\n" in code and "PLT" not in code
@@ -695,7 +702,7 @@ def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
     ("uturn.stl --unit um --drive inlet", 2, "end 2 faces backwards"),
     ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"),
     ("tube.stl taken --unit um", 5, "taken: exists"),
-    ("tube.stl --unit um --hematocrit 0.9", 3, "beyond 0.7707 is known; state a lower --hematocrit, or --soft, with which cells deform"),
+    ("tube.stl --unit um --hematocrit 0.9", 3, "beyond 0.7707 is known; set a lower --hematocrit, or --soft, with which cells deform"),
     ("tube.stl --unit um --soft --pos", 2, ".pos files cannot have deformed cells"),
     ("tube.stl --unit um --cell tube.stl=0.1", 2, "tube.stl: expected the name of a cell with the ending .xml"),
     ("tube.stl --unit um --cell WBC.xml=0.1", 2, "WBC.xml: there is no such file"),
@@ -704,7 +711,7 @@ def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
     ("tube.stl --unit um --cell RBC_other.xml", 2, "expected cells per red cell: RBC_other.xml=0.01"),
     ("tube.stl --unit um --cell RBC_other.xml=many", 1, "argument --cell: expected cells per red cell from"),
     ("tube.stl --unit um --realisations 0", 1, "argument --realisations: expected a number from 1"),
-    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250 mm/s at a dx of 0.5 µm: state a slower flow"),
+    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250 mm/s at a dx of 0.5 µm: set a slower flow"),
     ("tube.stl --unit mm --velocity 300", 2, "or scale the vessel, whose end is 199"),
     ("tube.stl --unit um --profile table.csv", 1, "invalid choice"),
     ("none.stl", 2, "none.stl: there is no such file")])
@@ -728,3 +735,221 @@ def test_what_is_refused(words, code, message, bifurcation, tmp_path):
     before = sorted(path.name for path in tmp_path.iterdir())
     assert message in output_of(["new-case", *words.split()], tmp_path, code)
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+@pytest.fixture(scope="module")
+def tube(tmp_path_factory):
+    return write_stl(tmp_path_factory.mktemp("tube") / "tube.stl", *swept(straight(), 10.0))
+
+
+@pytest.mark.parametrize("word", ["plain", "a b", "it's", "$(touch x)", "a\ntouch x\n#", "\udcff.stl", "ü'\\\n", "x\u2028y", "-"])
+def test_the_shell_reads_a_word_back(word):
+    quoted = quoting.shell(word)
+    assert quoted.isprintable()
+    assert subprocess.run(["bash", "-c", "printf %s " + quoted], check=True, capture_output=True).stdout == word.encode("utf-8", "surrogateescape")
+
+
+@pytest.mark.parametrize("text, comment", [("a\\", "a\\."), ("a\\  ", "a\\."), ("a??/", "a? ?/"), ("a\nb", "a?b")])
+def test_no_comment_of_cpp_continues(text, comment):
+    assert quoting.cpp_comment(text) == comment
+
+
+@pytest.mark.parametrize("name", ["a\ntouch PWNED\n#", "a--b-", "-->", "\udcff", "back\\", "é\r\x85\u2028", '"><x>', "]]#[["])
+def test_a_name_is_no_code(name, tube, tmp_path):
+    """Files of a case differ from those of another name in comments alone, and in their lines of Markdown."""
+    folders = []
+    for stem in ("plain", name):
+        folder = tmp_path / str(len(folders))
+        folder.mkdir()
+        (folder / f"{stem}.stl").symlink_to(tube)
+        packmesh.new_case(folder / f"{stem}.stl", folder / "case", hematocrit=0.1)
+        folders.append(folder / "case")
+    for file in ("job.sh", "CMakeLists.txt", "case.cpp", "config.xml", "README.md"):
+        plain, other = ((folder / file).read_text().split("\n") for folder in folders)
+        assert len(plain) == len(other)
+        marks = ("# ", "    ") if file == "README.md" else ("# ", "// ", "//  ", "<!-- ")
+        assert all(a == b or a.startswith(marks) and b.startswith(marks) for a, b in zip(plain, other))
+        assert not any(line.endswith(("\\", "??/")) for line in other if line.startswith("//"))
+    xml.etree.ElementTree.parse(folders[1] / "config.xml")
+
+
+def model_of(name, mesh):
+    return f"<hemocell><MaterialModel><name> {name} </name><StlFile> {mesh} </StlFile><radius> 3e-6 </radius>{CONSTANTS}</MaterialModel></hemocell>"
+
+
+def test_meshes_of_cells_with_one_name(tube, tmp_path):
+    ball, faces = sphere(2)
+    names = {"one/A.xml": (1, 1, 2), "two/B.xml": (1, 2, 3), "three/vessel.xml": (2, 1, 1)}
+    for name, shape in names.items():
+        (tmp_path / name).parent.mkdir()
+        write_stl((tmp_path / name).parent / "vessel.stl", ball * shape, faces)
+        (tmp_path / name).write_text(model_of("A", "vessel.stl"), encoding="latin-1")
+    packmesh.new_case(tube, tmp_path / "case", hematocrit=0.1, cells={tmp_path / name: 0.05 for name in names})
+    for name in names:
+        stem = os.path.splitext(os.path.basename(name))[0]
+        assert (tmp_path / f"case/cell_{stem}.stl").read_bytes() == ((tmp_path / name).parent / "vessel.stl").read_bytes()
+        assert f"<StlFile> cell_{stem}.stl </StlFile>" in (tmp_path / f"case/{stem}.xml").read_text()
+    assert len(vessel_surface.vessel_of(str(tmp_path / "case/vessel.stl")).ends) == 2
+    (tmp_path / "config.xml").write_text(model_of("A", "vessel.stl"))
+    with pytest.raises(packmesh.InputError, match="not config"):
+        packmesh.new_case(tube, cells={tmp_path / "config.xml": 0.05})
+
+
+def test_cells_that_hemocell_cannot_simulate_are_refused(tube, tmp_path):
+    """It ends without a message where a constant is missing; those of packMesh have all."""
+    for name, missing in (("RBC", "kBend"), ("WBC", "coreRadius")):
+        text = (RED if name == "RBC" else WHITE).replace(f"<{missing}> 1 </{missing}>", f"<{missing}> many </{missing}>")
+        (tmp_path / f"{name}.xml").write_text(text)
+        with pytest.raises(packmesh.InputError, match=f"without a number in <{missing}>"):
+            packmesh.new_case(tube, cells={tmp_path / f"{name}.xml": None if name == "RBC" else 0.05})
+    config = SOURCE / "config"
+    assert packmesh.new_case(tube, hematocrit=0.2, cells={config / "RBC.xml": None, config / "PLT.xml": None, config / "WBC.xml": 0.04}).counts["WBC"] == 2
+    for name in ("PLT", "WBC"):
+        template, _ = packmesh._packmesh.cell_template(name, None, 0.5)
+        links = re.findall(r"<Edge> (\d+) (\d+) </Edge>", (config / f"{name}.xml").read_text())
+        assert [(int(a), int(b)) for a, b in links] == case_cells.opposite_pairs(template)
+    with pytest.raises(packmesh.InputError, match="<kVolume>.*<eta_m>"):
+        packmesh.new_case(tube, cells={config / "PLT_m.xml": 0.1})
+
+
+@pytest.mark.parametrize("drive", ["periodic", "inlet"])
+def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube, tmp_path):
+    """As many as the fluid nodes hold, as the plug-in counts; of .pos files, those of the surface."""
+    case = packmesh.new_case(tube, tmp_path / "case", drive=drive, hematocrit=0.3, platelets=0.1)
+    count = round(0.3 * fluid_volume(tmp_path / "case") / 81.1163)
+    assert case.counts == {"RBC": count, "PLT": round(0.1 * count)} == packmesh.Case(tmp_path / "case/config.xml").forecast().counts
+    assert f": {count} RBC, {round(0.1 * count)} PLT" in "".join(case.text)
+    files = packmesh.new_case(tube, tmp_path / "files", drive=drive, hematocrit=0.3, platelets=0.1, pos=True)
+    assert packmesh.pack(case=tmp_path / "files/config.xml").request.get("ends") is None and files.counts["RBC"] != count
+
+
+@pytest.mark.parametrize("drive", ["periodic", "inlet"])
+def test_plasma_alone(drive, tube, tmp_path):
+    case = packmesh.new_case(tube, tmp_path / "case", hematocrit=0, drive=drive)
+    assert case.counts == {} and any(line.endswith(": none, plasma alone") for line in case.text)
+    assert (tmp_path / "case/RBC.pos").read_text() == "0\n" and not (tmp_path / "case/PLT.xml").exists()
+    compile_case(tmp_path / "case", tmp_path / "headers")
+    texts = {name: (tmp_path / "case" / name).read_text() for name in ("case.cpp", "CMakeLists.txt", "config.xml", "job.sh", "README.md")}
+    assert not any(word in text for text in texts.values() for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "#@", "//@"))
+    assert "--hematocrit 0" in texts["README.md"] and texts["README.md"].startswith("# Plasma in tube.stl\n")
+    assert case.flow_rate == pytest.approx(case.velocity * 1e3 * np.pi / 4 * case.ends[0]["diameter"]**2)
+    for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
+        with pytest.raises(packmesh.InputError, match="makes a case of plasma alone; expected no "):
+            packmesh.new_case(tube, hematocrit=0, **more)
+
+
+def test_a_flow_that_is_an_estimate_says_so(tube, bifurcation, tmp_path):
+    write_off(tmp_path / "bend.off", *swept(hooked(), 8.0, (False, False)))
+    write_off(tmp_path / "narrow.off", *swept(straight(), 5.0, (False, False)))
+    for vessel, estimated, more in ((tube, False, {}), (bifurcation, False, {}), (tmp_path / "narrow.off", True, {}), (tmp_path / "bend.off", True, {"mirror": True})):
+        case = packmesh.new_case(vessel, unit="um", hematocrit=0, **more)
+        assert any("This flow is an estimate" in line for line in case.text) == estimated
+        assert f"{case.flow_rate:.4g} µm³/ms" in "".join(case.text)
+
+
+@pytest.mark.parametrize("shear_rate", [1000, 4000])
+def test_a_case_has_no_warning_of_what_it_chose(shear_rate, tube, tmp_path, caplog):
+    packmesh.new_case(tube, tmp_path / "case", hematocrit=0.1, shear_rate=shear_rate)
+    packmesh.Case(tmp_path / "case/config.xml").forecast()
+    assert caplog.text == ""
+    config = tmp_path / "case/config.xml"
+    config.write_text(re.sub("<particleEnvelope> .* </", "<particleEnvelope> 20 </", config.read_text()))
+    packmesh.Case(config).forecast()
+    assert "<particleEnvelope>: 20 is " in caplog.text
+
+
+@pytest.mark.parametrize("around", [64, 256])
+def test_a_smooth_tube_is_no_cap(around, tmp_path):
+    write_off(tmp_path / "tube.off", *swept(straight(), 10.0, around=around))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(vessel_surface.vessel_of(str(tmp_path / "tube.off")).ends) == 2
+
+
+def test_a_cut_beside_vertices_leaves_no_slivers(tmp_path):
+    """Their orientation would not survive the single precision of STL."""
+    write_off(tmp_path / "tube.off", *rounded(straight(), 10.0))
+    for shift in (1e-3, -1e-3, 1e-4, 0.02):
+        vessel = vessel_surface.vessel_of(str(tmp_path / "tube.off"), [(30 + shift, 0, 0, 1, 1e-5, 0)])
+        corners = vessel.vertices[vessel.wall]
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        heights = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / sides
+        assert heights.min() > 0.03 and vessel.ends[0].deviation < 1e-9
+
+
+def test_cuts_that_leave_nothing_or_meet_an_opening(tube):
+    with pytest.raises(packmesh.InputError, match="leave nothing of the surface"):
+        packmesh.new_case(tube, unit="um", cut=[(30, 0, 0, 1, 0, 0), (30, 0, 0, -1, 0, 0)])
+    with pytest.raises(packmesh.InputError, match="meets an opening"):
+        packmesh.new_case(tube, unit="um", cut=[(20, 0, 0, -1, 0, 0), (20, 0, 0, -1, 1, 0)])
+    small = packmesh.new_case(tube, unit="um", cut=[(30, 0, 0, 1e-320, 0, 0)], hematocrit=0)
+    assert 30 < small.size[0] < 31.5
+
+
+def test_folders_are_made_and_removed(tube, tmp_path):
+    packmesh.new_case(tube, tmp_path / "no/such/case", hematocrit=0.1)
+    assert (tmp_path / "no/such/case/config.xml").exists() and os.listdir(tmp_path / "no/such") == ["case"]
+    (tmp_path / "file").touch()
+    with pytest.raises(packmesh.OutputError, match="file"):
+        packmesh.new_case(tube, tmp_path / "file/case", hematocrit=0.1)
+    with pytest.raises(packmesh.InfeasibleError) as refused:
+        packmesh.new_case(tube, tmp_path / "other/case", hematocrit=0.95)
+    assert ".new-case" not in str(refused.value) and sorted(os.listdir(tmp_path)) == ["file", "no"]
+
+
+def test_messages_name_the_files_of_the_case(tube, tmp_path):
+    (tmp_path / "WBC.xml").write_text(WHITE.replace("4.5e-6", "9e-6"))
+    write_stl(tmp_path / "narrow.stl", *swept(straight(), 4.0))
+    with pytest.raises(packmesh.Error) as refused:
+        packmesh.new_case(tmp_path / "narrow.stl", tmp_path / "case", unit="um", hematocrit=0.1, cells={tmp_path / "WBC.xml": 0.5})
+    assert ".new-case" not in str(refused.value)
+
+
+def test_a_hangup_interrupts_a_command():
+    code = "import os, signal, time; from packmesh import command; print(command.run(lambda: (os.kill(os.getpid(), signal.SIGHUP), time.sleep(5))))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "130\n"
+    ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + code.replace("sleep(5)", "sleep(0)")
+    assert subprocess.run([sys.executable, "-c", ignoring], capture_output=True, text=True, check=True).stdout == "(None, None)\n"
+
+
+@pytest.mark.parametrize("name, value", [
+    ("time", -1), ("time", float("nan")), ("time", 1e6), ("ranks", -3), ("ranks", 2.5), ("platelets", float("nan")), ("platelets", -1), ("extend", -1),
+    ("diameter", 0), ("diameter", float("nan")), ("unit", "parsec"), ("drive", "wind"), ("dx", "0.5"), ("dx", None), ("dx", 9), ("close", 3), ("close", [1.5]),
+    ("soft", "auto"), ("hematocrit", "x"), ("hematocrit", 1), ("hematocrit", True), ("seed", 1.5), ("seed", -1), ("realisations", 1.5), ("realisations", 0),
+    ("velocity", 0), ("velocity", 1e7), ("cut", 3), ("cut", [3]), ("cut", [(0, 0, 0, 0, 0, 0)]), ("cut", [(0, 0, "x", 1, 0, 0)]), ("cells", ["WBC.xml"]),
+    ("cells", {"WBC.xml": -1}), ("profile", "flat"), ("mirror", 2), ("inlet", 0), ("folder", 3)])
+def test_arguments_are_examined_as_by_the_command(name, value, tube):
+    with pytest.raises(packmesh.InputError, match=f"^{name}: "):
+        packmesh.new_case(tube, **{"unit": "um", "hematocrit": 0, name: value})
+
+
+def test_the_unit_is_a_unit(tube):
+    assert packmesh.new_case(tube, hematocrit=0).unit == "um" and packmesh.new_case(tube, hematocrit=0, unit="um").unit == "um"
+    assert packmesh.new_case(tube, hematocrit=0, diameter=30).unit is None
+
+
+def test_two_cases_in_one_tree(tube, tmp_path):
+    """Their targets have the names of their folders, their programs the place that README.md names."""
+    for name in ("one", "two-2"):
+        packmesh.new_case(tube, tmp_path / name, hematocrit=0)
+    (tmp_path / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.16)\nproject(tree CXX)\nset(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_SOURCE_DIR})\n"
+                                             "add_library(hemocell INTERFACE)\nadd_subdirectory(one)\nadd_subdirectory(two-2)\n")
+    subprocess.run(["cmake", "-S", tmp_path, "-B", tmp_path / "build"], check=True, capture_output=True)
+    made = subprocess.run(["cmake", "--build", tmp_path / "build", "--target", "help"], check=True, capture_output=True, text=True).stdout
+    assert "case_one" in made and "case_two_2" in made
+    rules = "".join(file.read_text() for file in tmp_path.glob("build/**/link.txt"))
+    assert "one/build/case" in rules and "two-2/build/case" in rules
+
+
+def test_coarse_lattices_have_coarse_cells(tube, tmp_path, caplog):
+    """Finer ones exceed HemoCell's limit of forces there."""
+    case = packmesh.new_case(tube, tmp_path / "case", dx=1, hematocrit=0.2)
+    assert any("RBC: 162 vertices" in line for line in case.text) and "<minNumTriangles> 200 " in (tmp_path / "case/RBC.xml").read_text()
+    assert not caplog.text and len(packmesh._packmesh.cell_template("RBC", str(tmp_path / "case"), 1)[0]) == 162
+    packmesh.new_case(tube, dx=1, hematocrit=0.2, cells={SOURCE / "config/RBC.xml": None})
+    assert "a membrane of 642 vertices is finer than a lattice with a dx of 1 µm" in caplog.text
+
+
+def test_the_end_of_a_run_is_a_checkpoint():
+    """So that it can be continued."""
+    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()

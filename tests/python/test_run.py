@@ -377,7 +377,7 @@ def test_steps_and_damage(case):
                         ("--near-wall -3", "argument --near-wall: expected a distance [µm] from 0 to 1e+06, found '-3'"), ("--near-wall nan", "found 'nan'"),
                         ("--state a.h5 --csv b", "expected neither --csv nor --page"), ("--state a.h5 --page b", "expected neither --csv nor --page")):
         assert told in run_command("out", *words.split(), cwd=case, code=1)
-    assert "(Error) none: has no folder hdf5" in run_command("none", cwd=case, code=2)
+    assert "(Error) none: no such file" in run_command("none", cwd=case, code=2)
     shutil.rmtree(case / "out/hdf5/000000000200")
     assert "config.xml" in run_command("out", "--case", "none/config.xml", cwd=case, code=2)
 

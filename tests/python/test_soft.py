@@ -12,6 +12,7 @@ import packmesh
 from conftest import SOURCE
 from forked_commands import output_of
 from packmesh import vtp
+from packmesh.export import FORMATS, OF_MEMBRANES
 from packmesh.membrane_measures import shapes_of
 from packmesh.packing_file import PackingFile
 from write_run import sphere
@@ -58,7 +59,8 @@ def test_deformation_of_each_cell(packing, tmp_path):
     packing.save(tmp_path / "s.h5")
     np.testing.assert_allclose(packmesh.load(tmp_path / "s.h5").columns()["force"], columns["force"], rtol=1e-9)
     np.testing.assert_array_equal(PackingFile(str(tmp_path / "s.h5")).column("force"), columns["force"])
-    packing.write_vtp(tmp_path, meshes=True)
+    with pytest.warns(packmesh.PackingWarning, match="9 of 9 cells are deformed"):
+        packing.write_vtp(tmp_path, meshes=True, undeformed=True)
     np.testing.assert_array_equal(vtp.read(tmp_path / "RBC.vtp").data["force"], columns["force"])
     np.testing.assert_allclose(vtp.read(tmp_path / "RBC_cells.vtp").data["area_change"], np.repeat(columns["area_change"], len(triangles)),
                                rtol=1e-6)
@@ -69,6 +71,39 @@ def test_deformation_of_each_cell(packing, tmp_path):
 def test_same_cells_as_the_program(packing, program):
     folder, _ = program(10, 10, 10, "--ends", "periodic", "--hematocrit", 0.73, "--plt_ratio", 0, "--soft", "--state", "s.h5")
     np.testing.assert_allclose(packmesh.load(folder / "s.h5").vertices("RBC"), packing.vertices("RBC"), rtol=0, atol=1e-12)
+
+
+def test_formats_of_poses_refuse_deformed_cells(packing, program, tmp_path):
+    """Their cells would overlap. On request they are written undeformed, with a warning how many do."""
+    lines = {"RBC": packing.pos_lines("RBC")}
+    packmesh.write_pos(tmp_path / "template", lines)
+    overlapping = packmesh.check(tmp_path / "template", box=(10, 10, 10), ends="periodic").certificate.overlapping
+    pairs = len({(one.first, one.second) for one in overlapping})  # each once, also if several images overlap
+    assert pairs > 10
+    for name in FORMATS:
+        if name in OF_MEMBRANES:
+            assert packing.write_pos(tmp_path / name, export=[name])
+            continue
+        with pytest.raises(packmesh.InputError, match=f"export: {name} holds undeformed cells .*stl and vtk-meshes hold the membranes.*undeformed"):
+            packing.write_pos(tmp_path / name, export=["stl", name])
+        assert not list((tmp_path / name).glob("*"))
+    with pytest.raises(packmesh.InputError, match="export: vtk holds"):
+        packing.write_vtp(tmp_path / "none")
+    with pytest.warns(packmesh.PackingWarning, match=f"9 of 9 cells are deformed, but are written undeformed: these cells overlap in {pairs} pairs"):
+        packing.write_pos(tmp_path / "forced", export=["csv", "stl"], undeformed=True)
+    nodes = np.loadtxt(tmp_path / "espresso-membranes/RBC_membranes.dat").reshape(9, -1, 3)
+    np.testing.assert_array_equal(nodes, packing.vertices("RBC"))
+    # The program writes everything else.
+    words = [*"10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft --export csv --export stl --report r.html".split()]
+    folder, text = program(*words, code=5)
+    assert "Wrote ./state.h5 (9 cells; load it by packmesh::loadParticles(hemocell, \"./state.h5\"))" in text
+    assert "(Error) export: csv holds undeformed cells" in text and "cells.stl" not in text
+    assert {"state.h5", "r.html", "r.json"} == {path.name for path in folder.iterdir()}
+    folder, text = program(*words, "--undeformed", folder="forced")
+    assert f"these cells overlap in {pairs} pairs" in text and (folder / "cells.csv").exists() and (folder / "cells.stl").exists()
+    # What is deformed from the beginning is refused before packing.
+    _, text = program(*"10 10 10 --ends periodic --rbc 9 --vtp --fixed".split(), folder / "state.h5", folder="fixed", code=2)
+    assert "export: vtk holds undeformed cells" in text and "Certificate" not in text
 
 
 def test_exports_and_page(packing, tmp_path):
@@ -115,8 +150,8 @@ def test_interruption():
     def stop(progress):
         if progress.stage == "soft cells":
             raise Enough
-    with pytest.raises(Enough):
-        packmesh.pack(**DENSE, soft=True, progress=stop)
+    with pytest.raises(Enough):  # of enough cells to be told of several times, however fast the machine is
+        packmesh.pack(box=(30, 30, 30), ends="periodic", hematocrit=0.8, platelets=0, soft=True, progress=stop)
 
 
 def test_packing_of_vertices(packing, tmp_path):
@@ -184,3 +219,98 @@ def test_packing_of_a_case(case):
     packed = packmesh.pack(case=config, ends="periodic", species={"RBC": 3, "PLT": 0})
     made = packmesh.packing_of({"RBC": packed.vertices("RBC")}, case=config, ends="periodic")
     assert made.counts["RBC"] == 3 and sum(made.counts.values()) == 3
+
+
+# HemoCell 2.7's laws (mechanics/*.cpp, cellMechanics.h, constant_defaults.h), written from its sources for one cell at a time.
+KT = 4.100531391e-3  # [pN µm]
+
+
+def hemocell_forces(model, k, rest, triangles, rings, links, x, dx=0.5):
+    """On each vertex at x [µm, pN]. k: kLink, kBend, kVolume, kArea; rest: the template's vertices; rings: _ring() of each;
+    links: through the cell"""
+    def law(limit, strain):
+        return strain + strain / np.abs(limit - strain * strain)
+
+    def crossed(v):
+        return np.cross(v[triangles[:, 1]] - v[triangles[:, 0]], v[triangles[:, 2]] - v[triangles[:, 0]])
+
+    def unit(v):
+        return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+    def volume(v):
+        return np.einsum("ni,ni->", v[triangles[:, 0]], np.cross(v[triangles[:, 1]], v[triangles[:, 2]])) / 6
+
+    link, (bend, pressure, stretch) = k[0] * KT / 7.5e-3, np.array(k[1:]) * KT / 0.5 * np.array([1, 1280 / len(triangles), 1280 / len(triangles)])
+    force, now, before = np.zeros_like(x), crossed(x), crossed(rest)
+    area, area_rest = (np.linalg.norm(c, axis=1) / 2 for c in (now, before))
+    strain = volume(x) / volume(rest) - 1
+    outward = (-pressure * strain / abs(0.01 - strain ** 2) * area / area_rest.mean())[:, None] * unit(now)
+    tension = (stretch / dx * law(0.09, area / area_rest - 1))[:, None]
+    for corner in triangles.T:
+        np.add.at(force, corner, outward + tension * (x[triangles].mean(axis=1) - x[corner]))
+    edges = [(int(a), int(b)) for t in triangles for a, b in zip(t, np.roll(t, -1)) if a < b]
+    for a, b in edges:
+        length, at_rest = np.linalg.norm(x[b] - x[a]), np.linalg.norm(rest[b] - rest[a])
+        pull = link * law(9.0, length / at_rest - 1) * (x[b] - x[a]) / length
+        force[a] += pull
+        force[b] -= pull
+    if model == "PltSimpleModel":
+        for a, b in edges:
+            first, second = (t for t in rings[a] if b in triangles[t])  # as Palabos meets them around the first vertex
+            angles = [np.arctan2(np.cross(*n) @ unit(v[b] - v[a]), n[0] @ n[1]) for v, n in
+                      ((x, unit(now[[first, second]])), (rest, unit(before[[first, second]])))]
+            push = bend * law(2.467, angles[0] - angles[1]) * unit(now[[first, second]]).sum(axis=0) / 2
+            force[[a, b]] += push
+            for t in (first, second):
+                force[[v for v in triangles[t] if v not in (a, b)]] -= push
+    else:
+        mean_edge = np.mean([np.linalg.norm(rest[b] - rest[a]) for a, b in edges])
+        for v, ring in enumerate(rings):
+            around = [w for w in np.unique(triangles[ring]) if w != v]
+            normals = [unit(unit(c[ring]).sum(axis=0)) for c in (now, before)]
+            off, off_rest = (n @ (y[around].mean(axis=0) - y[v]) for n, y in zip(normals, (x, rest)))
+            push = bend * law(0.0555, (off - off_rest) / mean_edge) * normals[0]
+            force[v] += push
+            force[around] -= push / len(around)
+    for a, b in links:
+        length, at_rest = np.linalg.norm(x[b] - x[a]), np.linalg.norm(rest[b] - rest[a])
+        size = 5 * link * (length / at_rest - 1) if model == "PltSimpleModel" else \
+            -sum(most * (1 - length / (2 * radius)) for most, radius in ((6.40625e-3, 4.0), (6.40625, 2.5)) if length < 2 * radius)
+        force[a] += size * (x[b] - x[a]) / length
+        force[b] -= size * (x[b] - x[a]) / length
+    return force
+
+
+def _ring(triangles, v):
+    """Triangles around a vertex, from the first one of the mesh on, counterclockwise."""
+    after, before = {}, {}  # the next vertex and the one before that, in each triangle
+    for t, corners in enumerate(triangles.tolist()):
+        if v in corners:
+            at = corners.index(v)
+            after[corners[(at + 1) % 3]], before[t] = t, corners[(at + 2) % 3]
+    ring = [min(before)]
+    while len(ring) < len(before):
+        ring.append(after[before[ring[-1]]])
+    return ring
+
+
+def test_forces_are_those_of_hemocells_models():
+    """Of red cells, platelets and white cells, by an implementation of its own; the largest of each species is reported."""
+    packing = packmesh.pack(box=(13, 13, 13), ends="periodic", species={"RBC": 15, "PLT": 4, "WBC": 1}, soft=True)
+    assert packing.deformed
+    reported = {of["name"]: of["largest"]["force"] for of in packing.report()["deformation"]["species"]}
+    assert list(reported) == ["RBC", "PLT", "WBC"]
+    pairs = "60 65 62 64 37 42 54 56 34 40 25 46 50 59 29 47 61 63 26 45 33 43 27 35 32 39 49 51 0 4 48 52 6 10 53 55 19 21 57 58 15 13"
+    rest = packing.template("WBC")[0]
+    opposite = np.linalg.norm(rest[:, None] + rest[None], axis=2).argmin(axis=1)
+    models = {"RBC": ("RbcHighOrderModel", (15, 80, 20, 5), []),
+              "PLT": ("PltSimpleModel", (25, 250, 100, 8), np.array(pairs.split(), int).reshape(-1, 2)),
+              "WBC": ("WbcHighOrderModel", (60, 200, 20, 20), [(a, b) for a, b in enumerate(opposite) if a < b])}
+    begin, stated = 0, packing.columns()["force"]
+    for name, (model, constants, links) in models.items():
+        rest, triangles = packing.template(name)
+        rings = [_ring(triangles, v) for v in range(len(rest))]
+        forces = [np.linalg.norm(hemocell_forces(model, constants, rest, triangles, rings, links, x), axis=1).max() for x in packing.vertices(name)]
+        np.testing.assert_allclose(stated[begin:begin + len(forces)], forces, rtol=1e-6)
+        begin += len(forces)
+        assert reported[name] == pytest.approx(max(forces), rel=1e-6) and max(forces) < 10

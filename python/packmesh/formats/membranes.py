@@ -59,6 +59,18 @@ def espresso(packing: PackingFile) -> List[File]:
     return [file for index, kind in enumerate(packing.kinds) if kind.count for file in files_of(index, kind)]
 
 
+def espresso_membranes(packing: PackingFile) -> List[File]:
+    """The same cells with the vertices of each, to which they are moved: a line for each vertex, cell after cell."""
+    def file_of(index: int, kind: Kind) -> File:
+        def vertices() -> Iterator[bytes]:
+            for cells in some(packing.of(index), 256):
+                yield lines(numbers(v) + "\n" for v in packing.membranes(index, cells).reshape(-1, 3).tolist())
+
+        return File(kind.name + "_membranes.dat", vertices)
+
+    return [*espresso(packing), *(file_of(index, kind) for index, kind in enumerate(packing.kinds) if kind.count)]
+
+
 #: npFEM's numbers of its two kinds of bodies.
 RED_CELL, PLATELET = 0, 1
 

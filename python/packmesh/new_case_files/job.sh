@@ -1,6 +1,6 @@
 #!/bin/bash
 # $title as a Slurm job that continues after its time limit:   sbatch job.sh
-#SBATCH --job-name=$name
+#SBATCH --job-name=case
 #SBATCH --ntasks=$ranks
 #SBATCH --time=12:00:00
 #SBATCH --signal=USR1@300        # to the ranks, five minutes before the limit: the case saves a checkpoint
@@ -10,11 +10,12 @@
 set -u
 cd "realisation_$(printf $pad "$SLURM_ARRAY_TASK_ID")" || exit 1  #@series
 
+# To simulate longer, raise <tmax> in output/checkpoint/checkpoint.xml, which has a copy of config.xml, and submit again.
 checkpoint=output/checkpoint/checkpoint.xml
 if [[ -f $checkpoint ]]; then
   srun $program $checkpoint
 else
-  packMesh config.xml || exit  #@pos
+  packMesh config.xml || exit  #@pos #@cells
   srun $program config.xml
 fi
 status=$?

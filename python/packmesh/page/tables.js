@@ -152,6 +152,7 @@ function showDeformation() {
   addCard("Deformation",
     tableOf(["of " + counted(found.cells, "cell", "cells"), "#largest", "#median"], [
       row("largest force on a vertex [pN]", "force", (value) => shown(value, 3)),
+      ...((found.species || []).length > 1 ? found.species : []).map((one) => ["of " + one.name + " [pN]", shown(one.largest.force, 3), shown(one.median.force, 3)]),
       row("change of volume [%]", "volume", percent), row("change of area [%]", "area", percent),
       row("largest change of a triangle [%]", "triangle", percent), row("largest change of an edge [%]", "edge", percent)]),
     noteOf("Forces are those of HemoCell's membrane laws on the cells as they are."));

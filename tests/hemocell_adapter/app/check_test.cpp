@@ -126,6 +126,18 @@ TEST_CASE("check reports files with violations", "[executable]") {
   CHECK(fs::exists(folder.path() / "RBC.vtp"));
 }
 
+TEST_CASE("check of a state names the state, and no .pos files", "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(ok(folder, "20 20 20 --rbc 5 --cell Rod 2 4 2 2 --state s.h5").out,
+             Contains("Wrote s.h5 (7 cells; load it by packmesh::loadParticles(hemocell, \"s.h5\"))"));
+  const Ran small = run(folder.path(), "check --box 2 2 2 --start s.h5");
+  INFO(small.all());
+  CHECK(small.exitCode != 0);
+  CHECK_THAT(small.all(),
+             Contains("s.h5: RBC 1 is outside the lumen") && !Contains(".pos is") && !Contains("RBC.pos"));
+  CHECK_THAT(small.all(), Contains("Rod of s.h5 is not checked: its shape is unknown"));
+}
+
 TEST_CASE("check writes no outputs that only the configuration requests", "[executable]") {
   const SampleCase folder("<packing> <report> report.html </report> <vtp> true </vtp> </packing>");
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));

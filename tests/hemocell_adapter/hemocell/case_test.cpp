@@ -175,6 +175,31 @@ TEST_CASE("Cases without a geometry are boxes of nodes", "[case]") {
   CHECK(read(configXml("<dx>1e-6</dx><refDirN>256</refDirN>")).domain.boxNodes == Nodes{256, 256, 256});
 }
 
+TEST_CASE("The lattice of a case can be that of <container>", "[case]") {
+  const std::string nodes =
+      "<packing><container><sphere radius='12'/><nodes> 50 50 50 </nodes></container></packing>";
+  CHECK_FALSE(read(configXml("<dx>5e-7</dx>", nodes)).domain.boxNodes);
+  CHECK_THROWS_WITH(
+      read(configXml("<dx>5e-7</dx>", "<packing><container><sphere radius='12'/></container></packing>")),
+      Contains("the lattice is unknown. <container><nodes> can give it"));
+}
+
+TEST_CASE("<kBT> is read from config.xml, by the plug-in as well", "[case]") {
+  const std::string box = "<dx>5e-7</dx><nx>9</nx><ny>9</ny><nz>9</nz>";
+  CHECK_FALSE(read(configXml(box)).domain.thermalEnergy);
+  const std::string doubled = configXml(box + "<kBT> 8.2e-21 </kBT>");
+  CHECK(read(doubled).domain.thermalEnergy == Approx(8.2e-3));
+  CHECK_THAT(read(doubled).domain.thermalEnergyWhere, Contains("config.xml:4: <kBT>"));
+  CHECK(packingSectionOf(doubled).domain.thermalEnergy == Approx(8.2e-3));
+  for (const char* const wrong : {"4e-10", "-1", "0", "nan", "inf", "4.1", "1e-30", "", "4e-21 J"}) {
+    CAPTURE(wrong);
+    const std::string text = configXml(box + "<kBT> " + wrong + " </kBT>");
+    const auto said = Contains("<kBT>: expected a number in [1e-22, 1e-19] [J; 4.1e-21 is that at 297 K]");
+    CHECK_THROWS_WITH(read(text), said && Contains("config.xml:4"));
+    CHECK_THROWS_WITH(packingSectionOf(text), said);
+  }
+}
+
 TEST_CASE("The packing section is read from config.xml", "[case]") {
   const Case config = read(configXml(sampleDomain, R"(<packing>
     <!-- all there is -->
@@ -307,4 +332,19 @@ TEST_CASE("Every error in config.xml is reported with its position", "[case]") {
   }
   CHECK_THROWS_WITH(readCase("no/such/config.xml"), Contains("no such file"));
   CHECK_THROWS_WITH(readCase("/tmp"), Contains("is a folder"));
+}
+
+TEST_CASE("The stress that a case expects is read in its file and in a running case", "[case]") {
+  const SampleCase folder;
+  const auto text = [](const std::string& stress) {
+    return configXml(sampleDomain + "<wallShearStress> " + stress + " </wallShearStress>");
+  };
+  writeText(folder.path() / "config.xml", text("1.5"));
+  CHECK(readCase(folder.path() / "config.xml").domain.wallShearStress == 1.5);
+  CHECK(packingSectionOf(text("1.5")).domain.wallShearStress == 1.5);
+  CHECK_FALSE(packingSectionOf(configXml(sampleDomain)).domain.wallShearStress);
+  for (const char* wrong : {"much", "-1"}) {
+    writeText(folder.path() / "config.xml", text(wrong));
+    CHECK_THROWS_WITH(readCase(folder.path() / "config.xml"), Contains("<wallShearStress>"));
+  }
 }

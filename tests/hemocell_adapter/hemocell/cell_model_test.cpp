@@ -329,3 +329,53 @@ TEST_CASE("Shapes of HemoCell's cells and of ellipsoids have the expected volume
   CHECK_THROWS_AS(makeEllipsoid(0.0, 1.0, 1.0), InputError);
   CHECK_THROWS_AS(makeEllipsoid(1.0, std::nan(""), 1.0), InputError);
 }
+
+TEST_CASE("Constants of platelets and white cells have the links through the cell", "[cell_model]") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "cell.xml";
+  const std::string four =
+                        "<kLink> 25 </kLink><kBend> 250 </kBend><kVolume> 100 </kVolume><kArea> 8 </kArea>\n",
+                    links = "<InnerEdges>\n<Edge> 60 65 </Edge><Edge>0\t4</Edge></InnerEdges>",
+                    core =
+                        "<kInnerRigid> 6.4e-12 </kInnerRigid><kCytoskeleton> 6.4e-15 </kCytoskeleton>"
+                        "<coreRadius> 2.5e-6 </coreRadius><radius> 4e-6 </radius>";
+  const auto read = [&](const std::string& name, const std::string& tags) {
+    std::ofstream(file) << material(tags);
+    return readMembrane(file, name).constants.value();
+  };
+  const MembraneConstants platelet = read("PLT_m", four + links + core);
+  CHECK(platelet.model == MembraneModel::platelet);
+  CHECK(platelet.innerLinks == std::vector<std::array<int, 2>>{{60, 65}, {0, 4}});
+  CHECK(platelet.core.force == 0.0);
+  CHECK(read("PLT", four).innerLinks.empty());
+  const MembraneConstants white = read("WBC_HO", four + links + core);
+  CHECK(white.model == MembraneModel::whiteCell);
+  CHECK(white.innerLinks.size() == 2);
+  CHECK(white.core.force == Approx(6.4));
+  CHECK(white.core.radius == Approx(2.5));
+  CHECK(white.cytoskeleton.force == Approx(6.4e-3));
+  CHECK(white.cytoskeleton.radius == Approx(4.0));
+  const MembraneConstants red = read("RBC", four + links + core);
+  CHECK(red.model == MembraneModel::highOrder);
+  CHECK(red.innerLinks.empty());
+  for (const char* const pair : {"1", "1 2 3", "a b", "-1 2", "3 3", "1 2147483648", ""})
+    CHECK_THROWS_WITH(read("PLT", four + "<InnerEdges><Edge> " + pair + " </Edge></InnerEdges>"),
+                      Contains("cell.xml:5: <Edge> '" + std::string(pair) +
+                               "', expected two different numbers of vertices"));
+  CHECK_THROWS_WITH(read("WBC", four + "<coreRadius> -1 </coreRadius>"),
+                    Contains("<coreRadius> '-1', expected a length"));
+}
+
+TEST_CASE("HemoCell's own platelets and white cells have its own links", "[cell_model]") {
+  const TriangleMesh platelet = buildTemplate(*defaultModel("PLT"), 0.5),
+                     white = buildTemplate(*defaultModel("WBC"), 0.5);
+  const MembraneConstants ofPlatelet = defaultMembrane("PLT", platelet),
+                          ofWhite = defaultMembrane("WBC", white);
+  CHECK(ofPlatelet.innerLinks.size() == 21);
+  CHECK(ofWhite.innerLinks.size() == 321);
+  const auto middle = [](const TriangleMesh& mesh, const std::array<int, 2>& link) {
+    return (0.5 * (mesh.vertices[link[0]] + mesh.vertices[link[1]])).norm();
+  };
+  for (const auto& link : ofWhite.innerLinks) CHECK(middle(white, link) < 1e-6);
+  CHECK(defaultMembrane("RBC", platelet).innerLinks.empty());
+}

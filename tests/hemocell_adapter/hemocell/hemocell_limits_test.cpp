@@ -61,6 +61,11 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
   CHECK_THAT(
       warning(25),
       Contains("with 44 nodes, a lattice of 103 x 53 x 53 has room for 2 x 1 x 1 blocks, so for 2 ranks"));
+  domain.wallShearStress = weakShear.wallShearStress;  // the case says that it has no stronger shear
+  CHECK(warning(25).empty());
+  CHECK_THAT(warning(15), Contains(tag(weak)));
+  domain.wallShearStress = strongShear.wallShearStress;
+  CHECK_THAT(warning(25), Contains(tag(strong)));
   domain.smallestBlock = {26, 53, 27};
   CHECK_THAT(warning(25), Contains("the smallest block is now 26 x 53 x 27"));
   CHECK_FALSE(Contains("blocks").match(*envelopeWarning("RBC", longest, domain, {})));

@@ -225,3 +225,27 @@ TEST_CASE("Time to voxelise", "[.][timing]") {
                 static_cast<long long>(vessel.lattice.fluidNodes()));
   }
 }
+
+TEST_CASE("What a surface encloses is counted as often as it does, in whatever sense it winds around it",
+          "[lattice]") {
+  // A prism whose section crosses itself: the smaller part winds the other way.
+  TriangleMesh mesh;
+  for (const double z : {1.0, 81.0})
+    for (const auto& [x, y] :
+         {std::pair(1.0, 1.0), std::pair(61.0, 61.0), std::pair(61.0, 1.0), std::pair(1.0, 25.0)})
+      mesh.vertices.emplace_back(z, x, y);
+  mesh.vertices.emplace_back(1.0, 18.0, 19.0);
+  mesh.vertices.emplace_back(81.0, 18.0, 19.0);
+  for (int a = 0; a < 4; ++a) {
+    const int b = (a + 1) % 4;
+    for (const Triangle& t : {Triangle{a, b, b + 4}, {a, b + 4, a + 4}, {8, b, a}, {9, a + 4, b + 4}})
+      mesh.triangles.push_back(t);
+  }
+  // The sides cross at (18 1/7, 18 1/7): triangles of base 24 and 60.
+  const double small = 0.5 * 24 * (1 + 120.0 / 7 - 1), large = 0.5 * 60 * (60 - 120.0 / 7);
+  CHECK(std::abs(signedVolume(mesh)) == Approx(80 * (large - small)));
+  CHECK(enclosedVolume(mesh) == Approx(80 * (large + small)).epsilon(0.01));
+  TriangleMesh turned = mesh;
+  for (Triangle& t : turned.triangles) std::swap(t[0], t[1]);
+  CHECK(enclosedVolume(turned) == enclosedVolume(mesh));
+}

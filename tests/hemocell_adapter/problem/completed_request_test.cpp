@@ -214,6 +214,17 @@ TEST_CASE("A request for a cell without a file lists the available cells", "[exe
                               Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }
 
+TEST_CASE("A misspelled cell is asked about, but not one that HemoCell has", "[species]") {
+  const SampleCase folder("<packing><species name=\"RCB\"/></packing>");
+  CHECK_THAT(
+      refused(folder.path(), "config.xml --hematocrit 0.2").message,
+      Contains("config.xml: how many 'RCB'? Did you mean 'RBC'? Otherwise give it a count or a ratio"));
+  const SampleCase counted("<packing><species name=\"RCB\" count=\"2\"/></packing>");
+  CHECK_THAT(refused(counted.path(), "config.xml").message,
+             Contains("RCB.xml: no such file") && Contains("the cell 'RCB' (did you mean 'RBC'?)"));
+  CHECK_THAT(refused(folder.path(), "config.xml --rbc 2 --wbc 2").message, !Contains("did you mean 'WBC'"));
+}
+
 TEST_CASE("Walls and periodic axes of the code that are not read are named", "[code_facts]") {
   const SampleCase folder("<packing> <species name=\"RBC\" count=\"3\"/> </packing>");
   const auto said = [&](const std::string& statements, const std::string& options = "") {

@@ -52,12 +52,32 @@ TEST_CASE("A case that changes the size of its vessel says so", "[executable]") 
     return planned({(folder.path() / "config.xml").string()}).lumen.scale;
   };
   CHECK(scale(65.0, 41.0) ==
-        "<refDirN> 30 makes the y extent of tube.stl, 82, 15 µm: 0.1829 times as large as in the file, if "
-        "that is in "
-        "µm (<refDirN> 164 keeps its size)");
+        "0.1829 µm per unit of tube.stl: <refDirN> 30 makes its y extent 15 µm, which is 82 in the file (if "
+        "that is in µm, <refDirN> 164 keeps it)");
   CHECK(scale(24.0, 7.55).empty());  // 30.2 spacings
   for (const double unit : {1e-3, 1e-4, 1e-6}) CHECK(scale(24 * unit, 7.5 * unit).empty());
   scale(2.4, 0.75);
-  CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: <refDirN> 30"));
-  CHECK_THAT(ok(folder, "check config.xml").all(), Contains("10 times as large as in the file"));
+  CHECK_THAT(ok(folder, "config.xml").all(), Contains("Scale: 10 µm per unit of tube.stl: <refDirN> 30"));
+  CHECK_THAT(ok(folder, "check config.xml").all(), Contains("Scale: 10 µm per unit"));
+}
+
+TEST_CASE("<nodes> gives the lattice, and it is told where <domain> has another one", "[container]") {
+  const SampleCase folder;
+  const auto lumenOf = [&](const std::string& domain) {
+    writeText(
+        folder.path() / "config.xml",
+        configXml(
+            "<dx> 5e-7 </dx>" + domain,
+            "<packing><container><sphere radius=\"12\"/><nodes> 50 50 50 </nodes></container></packing>"));
+    return planned({(folder.path() / "config.xml").string(), "--rbc", "3"}).lumen;
+  };
+  for (const char* const domain : {"", "<refDirN> 50 </refDirN>", "<refDirN> 80 </refDirN>"}) {
+    CAPTURE(domain);
+    const Lumen lumen = lumenOf(domain);
+    CHECK(lumen.lattice->nodes() == std::array<int, 3>{50, 50, 50});
+    const bool told =
+        std::count(lumen.notices.begin(), lumen.notices.end(),
+                   "<container><nodes> gives the lattice 50 x 50 x 50 nodes; <domain> has 80 x 80 x 80");
+    CHECK(told == (std::string(domain).find("80") != std::string::npos));
+  }
 }

@@ -43,6 +43,16 @@ TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved 
   CHECK(report["species"][0]["request"] == "by hematocrit");
 }
 
+TEST_CASE("Deformed cells that exist are in no need of the room of undeformed ones", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "10 10 10 --ends periodic --rbc 10 --soft --state s.h5");  // 0.81 of the box
+  for (const std::string way : {"--start s.h5", "--fixed s.h5 --plt 1"}) {
+    CHECK_THAT(ok(folder, "10 10 10 --ends periodic --dry-run " + way).out, Contains("Feasible"));
+    const Ran ran = ok(folder, "10 10 10 --ends periodic --output-dir o " + way);
+    CHECK_THAT(ran.out, Contains("RBC: 10 of 10 placed") && !Contains("no random packing"));
+  }
+}
+
 TEST_CASE("Soft cells fold in a capillary", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft --state s.h5");
@@ -96,6 +106,9 @@ TEST_CASE("Soft cells that cannot be packed within the limits are refused, and i
              Contains("the area of a cell changed by -") && Contains("1 % are allowed (--max-area-change)"));
   CHECK_THAT(failed(folder, dense + "--max-volume-change 1e-6 --max-iterations 400", 3).err,
              Contains("the volume of a cell changed by") && Contains("0.0001 % are allowed"));
+  // They keep to the limits, and it is not said that they exceed one.
+  CHECK_THAT(failed(folder, dense + "--max-iterations 36", 3).err,
+             Contains("the cells have their full size, but had not come to rest after 36 iterations"));
   CHECK_THAT(failed(folder, dense + "--max-iterations 20", 3).err,
              Contains("the cells had grown to") && Contains("after 20 iterations"));
   CHECK_THAT(failed(folder, "--cylinder x 1.2 20 --ends periodic --rbc 1 --soft --max-iterations 50", 3).err,
@@ -326,4 +339,43 @@ TEST_CASE("Layers without cells are kept by soft cells; what is in regions and l
   CHECK_THAT(ok(folder, "config.xml --state s.h5").out, Contains("Deformed cells:") &&
                                                             Contains("Hematocrit of region 1:") &&
                                                             Contains("with their centres in it"));
+}
+
+TEST_CASE("Forces are proportional to <kBT>, and those of each species are told", "[executable]") {
+  SampleCase folder;
+  const auto config = [&](const std::string& more) {
+    writeText(folder.path() / "config.xml",
+              configXml("<dx> 5e-7 </dx><nx> 20 </nx><ny> 20 </ny><nz> 20 </nz>" + more));
+  };
+  writeText(folder.path() / "PLT.xml",
+            cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+  config("");
+  const std::string cells = "config.xml --ends periodic --walls none ";
+  ok(folder, cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --state s.h5 --report r.json");
+  const auto deformationIn = [&](const char* name) {
+    return nlohmann::json::parse(readText(folder.path() / name))["deformation"];
+  };
+  const auto once = deformationIn("r.json");
+  REQUIRE(once["species"].size() == 2);
+  CHECK(once["species"][0]["name"] == "RBC");
+  CHECK(once["species"][1]["name"] == "PLT");
+  double most = 0.0;
+  for (const auto& species : once["species"])
+    most = std::max(most, species["largest"]["force"].get<double>());
+  CHECK(once["largest"]["force"] == most);
+  CHECK(most <= 10.0);
+  config("<kBT> 8.201062782e-21 </kBT>");
+  const std::string check = ok(folder, "check " + cells + "--start s.h5 --report t.json").out;
+  const auto twice = deformationIn("t.json");
+  for (int s = 0; s < 2; ++s)
+    CHECK(twice["species"][s]["largest"]["force"].get<double>() ==
+          Approx(2.0 * once["species"][s]["largest"]["force"].get<double>()).epsilon(1e-6));
+  CHECK_THAT(check, Contains("; median of cells "));
+  const std::string packed =
+      cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --max-iterations 5 --state u.h5";
+  const Ran ran = run(folder.path(), packed);
+  CHECK_THAT(ran.out, Contains("kBT 8.201062782e-21 J (config.xml:4: <kBT>)"));
+  config("");
+  requireRefused(folder, {{packed + " --restart u.checkpoint.h5", 2,
+                           "have other membranes: the constants of their XML files, <kBT>"}});
 }

@@ -4,6 +4,8 @@
 
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "hemocell_adapter/settings/packing_section.h"
+#include "hemocell_adapter/settings/request_json.h"
 #include "packMesh/core/error.h"
 
 using namespace packmesh;
@@ -47,6 +49,24 @@ TEST_CASE("Details of cells are of those that a hematocrit adds, and of no other
   CHECK(all.species[1].rigid);
   CHECK_THROWS_WITH(chosenSpecies({"30", "30", "30", "--rbc", "3", "--rigid", "WBC"}),
                     Contains("settings for 'WBC', but there are no such cells to pack"));
+}
+
+TEST_CASE("A red species of <packing> stays one of them when an option says more about it", "[species]") {
+  tinyxml2::XMLDocument section;
+  section.Parse(
+      "<packing><hematocrit>0.3</hematocrit><species name='RBC'/><species name='RBC_b' "
+      "count='3'/></packing>");
+  const Request listed = readPackingSection(*section.RootElement(), "config.xml");
+  for (const std::string option : {"", "RBC", "RBC_b"}) {
+    CAPTURE(option);
+    std::vector<std::string> words = {"30", "30", "30"}, told;
+    if (!option.empty()) words.insert(words.end(), {"--rigid", option});
+    const Request asked = overridden(listed, parseCommandLine("packMesh", words).request);
+    const SpeciesToPack chosen = chooseSpecies(asked, nullptr, told);
+    CHECK(namesOfChosen(chosen) == NamesOfSpecies{"RBC", "RBC_b"});
+    CHECK(chosen.hematocrit == 0.3);
+    CHECK_FALSE(chosen.species.front().count);
+  }
 }
 
 TEST_CASE("The request from which species are chosen is as it was", "[species]") {

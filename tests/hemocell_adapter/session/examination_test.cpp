@@ -174,5 +174,5 @@ TEST_CASE("Meshes and pieces of blood that cannot be are refused with their plac
   // Fixed cells that overlap are named by their numbers in the file.
   writeDeformed(folder.path() / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, 8, 8), Vec3(15.5, 8, 8)});
   requireRefused(folder, {{"--cylinder x 8 25.5 --ends periodic --fixed flowing.h5 --rbc 4", 2,
-                           "cell 2 of 'RBC, fixed' and cell 3 of 'RBC, fixed' are fixed, but overlap"}});
+                           "cell 2 of 'RBC' and cell 3 of 'RBC' are fixed, but overlap"}});
 }

@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
@@ -20,10 +21,12 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-Packing packed(const std::string& words, const Hooks& hooks = {}) {
+/// @param last one more word, which may have blanks
+Packing packed(const std::string& words, const Hooks& hooks = {}, const std::string& last = "") {
   std::istringstream in(words);
   std::vector<std::string> all;
   for (std::string word; in >> word;) all.push_back(word);
+  if (!last.empty()) all.push_back(last);
   log::setLevel(log::Level::silent);
   const auto restore = [] { log::setLevel(log::Level::normal); };
   try {
@@ -77,6 +80,34 @@ TEST_CASE("A packing that was saved is loaded with the same cells, and completed
     CHECK(gathered.cells[i].species == cells.cells[i].species);
     CHECK(gathered.cells[i].pose.position == cells.cells[i].pose.position);
   }
+}
+
+TEST_CASE("A state has the placements that were certified, to the last bit", "[held]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos",
+            rbcPos("8 8 8 10.1 20.7 33.3\n8 8 20 -71.3 12.9 0.7\n8 20 8 3.1 -50.3 99.9\n", 3));
+  const std::string words =
+      GENERATE(as<std::string>(), "10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft", "fixed");
+  const Packing packing = words == "fixed"
+                              ? packed("30 30 30 --rbc 3 --fixed", {}, (folder.path() / "RBC.pos").string())
+                              : packed(words);
+  const std::filesystem::path file = folder.path() / "cells.h5";
+  savePacking(packing, file);
+  const StateCells cells = loadCells(file, Communicator(), file);
+  const Packing loaded = completePacking(cells, file, Communicator());
+  REQUIRE(cells.cells.size() == packing.cells.size());
+  REQUIRE(loaded.cells.size() == packing.cells.size());
+  for (std::size_t i = 0; i < packing.cells.size(); ++i) {
+    const Placement& certified = packing.cells[i].placement;
+    for (const Placement& other : {placementOf(lineOf(cells.cells[i])), loaded.cells[i].placement}) {
+      CHECK(other.linear == certified.linear);
+      CHECK(other.translation == certified.translation);
+    }
+    if (words != "fixed")
+      CHECK(cells.cells[i].vertices == packing.problem->shapes[packing.cells[i].shape]->mesh().vertices);
+  }
+  CHECK(formatPosLines(posLinesOf(packing)) == formatPosLines(posLinesOf(loaded)));
+  CHECK(loaded.certificate.minimumGap == packing.certificate.minimumGap);
 }
 
 TEST_CASE("Hooks interrupt a packing in memory, and nothing is written", "[held]") {

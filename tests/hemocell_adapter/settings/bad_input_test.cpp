@@ -201,7 +201,7 @@ TEST_CASE("What cannot be packed or is not clean has exit codes of its own", "[e
       {"--sphere 3.8 --rbc 1 --max-iterations 20", 3, "not even one cell could be packed"},
       {"5 5 5 --rbc 1", 3, "not even one cell could be packed"},
       {"5 5 5 --rbc 1 --ends periodic --max-iterations 2000", 3, "not even one cell could be packed"},
-      {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
+      {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "limits: 30 sweeps; "},
       {"check config.xml", 4, "not clean", pos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2)},
       {"check config.xml", 4, "deletes 1", pos("500 8 8 0 0 0\n", 1)},
   };

@@ -84,6 +84,13 @@ TEST_CASE("Unique prefixes of packCells' options remain unique", "[command_line]
   CHECK_THROWS_WITH(parse("9 9 9 --rb 3"), Contains("ambiguous"));
 }
 
+TEST_CASE("Commands of packmesh are told from files", "[command_line]") {
+  for (const char* words : {"view state.h5", "export", "new-case vein.stl case"})
+    CHECK_THROWS_WITH(parse(words),
+                      Contains(std::string("of packmesh, the other program: packmesh ") + words));
+  CHECK_THROWS_WITH(parse("chek config.xml"), Contains("did you mean 'check'?"));
+}
+
 TEST_CASE("Every form of the command is accepted", "[command_line]") {
   CHECK(parse("config.xml").request.config == std::filesystem::path("config.xml"));
   CHECK(parse("check config.xml").command == Command::check);

@@ -165,3 +165,30 @@ TEST_CASE("Settings in messages are named as the front end names them", "[settin
   CHECK(inTermsOfUser("\x01 not ended") == "\x01 not ended");
   CHECK(inTermsOfUser("none") == "none");
 }
+
+TEST_CASE("Numbers of cells that refer to nothing are refused, as a changed state can have them",
+          "[request]") {
+  const MemoryInput whole{"cells",
+                          "start",
+                          {{"/box", 3, {0, 0, 0, 9, 9, 9, 0, 0, 0}},
+                           {"A/vertices", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}},
+                           {"A/triangles", 3, {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}},
+                           {"A/poses", 7, {4, 4, 4, 1, 0, 0, 0}},
+                           {"A/membranes", 3, {0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1}},
+                           {"A/membrane", 1, {0}}}};
+  const auto read = [&](const std::string& table, int columns, const std::vector<double>& values) {
+    MemoryInput changed = whole;
+    for (StateTable& one : changed.tables)
+      if (one.name == table) one = {table, columns, values};
+    return cellsFrom(Source(std::make_shared<const MemoryInput>(changed)), {}).cells.front().vertices.size();
+  };
+  CHECK(read("", 1, {}) == 4);
+  CHECK(read("A/membrane", 1, {-1}) == 0);
+  for (const double row : {1.0, 2147483647.0, 1e300, std::nan("")})
+    CHECK_THROWS_AS(read("A/membrane", 1, {row}), InputError);
+  CHECK_THROWS_AS(read("A/membrane", 1, {}), InputError);
+  CHECK_THROWS_AS(read("A/membranes", 3, {0, 0, 0}), InputError);
+  CHECK_THROWS_AS(read("A/poses", 1, {4, 4, 4}), InputError);
+  CHECK_THROWS_AS(read("A/triangles", 3, {0, 2, 4}), InputError);
+  CHECK_THROWS_AS(read("/box", 3, {0, 0, 0}), InputError);
+}

@@ -325,6 +325,15 @@ TEST_CASE("Cells can meet their own images", "[packing]") {
   checkPacking(problem, result);
 }
 
+TEST_CASE("Cells begin clear of their own images, so that a thin box is packed with any seed", "[packing]") {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CAPTURE(seed);
+    const PackingProblem problem =
+        test::redCellProblem(makeBox({Vec3::Zero(), Vec3(30, 30, 4)}, {true, true, true}), 0.5, seed);
+    REQUIRE(pack(problem).outcome == Outcome::certified);
+  }
+}
+
 TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packing]") {
   // With this seed two thin parts remain interpenetrated for long.
   hemocell::CellModel coarse = *hemocell::defaultModel("RBC");

@@ -67,6 +67,18 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
   return stages;
 }
 
+/// Red cells in a small periodic box in which some have their places already.
+PackingProblem besideFixedCells(std::int64_t count, std::uint64_t seed) {
+  PackingProblem few = test::redCellProblem(test::periodicCube(16.0), 0.0, seed);
+  few.physics.species[0].count = 6;
+  PackingProblem problem = few;
+  problem.physics.add("fixed", test::redCellShape(), 6);
+  problem.physics.species[0].count = count;
+  problem.physics.species[1].start = pack(few).poses;
+  problem.physics.species[1].freedom.fixed = true;
+  return problem;
+}
+
 int of(const Seen& seen, Stage stage) {
   return seen.ofStage[static_cast<int>(stage)];
 }
@@ -191,6 +203,26 @@ TEST_CASE("Only cells of a result are measured") {
     REQUIRE(result.cellCount == 0);
     REQUIRE_FALSE(finished);
   }
+}
+
+TEST_CASE("All cells leave a finished state, however they were found") {
+  const std::int64_t count = GENERATE(16, 21);  // at once; by the search for the densest packing
+  const auto seed = GENERATE(std::uint64_t(3), std::uint64_t(4), std::uint64_t(5));
+  CAPTURE(count, seed);
+  PackingProblem problem = besideFixedCells(count, seed);
+  double now = 0.0;
+  problem.execution.progress = [&](const Progress&) { now += 0.01; };
+  problem.execution.limits.clock = [&] { return now; };
+  problem.execution.limits.maxSeconds = 20.0;
+  PackingState last;
+  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  REQUIRE((result.statistics.searching > 0) == (count == 21));
+  REQUIRE(isFinished(last, Communicator()));
+  REQUIRE(last.cellCount == problem.physics.cellCount());
+  problem.resume = last;
+  REQUIRE(test::sameBits(pack(problem), result));
 }
 
 #if PACKMESH_CAT

@@ -11,7 +11,9 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
+#include "packMesh/io/hdf5_file.h"
 #include "packMesh/io/sealed_file.h"
+#include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -223,4 +225,63 @@ TEST_CASE("States with impossible numbers are rejected, even with a valid seal")
   CHECK(refused([](PackingState& s) { s.repairs = -1; }));
   CHECK(refused([](PackingState& s) { s.relaxation.sweeps = -1; }));
   CHECK(refused([](PackingState& s) { s.relaxation.blocks = {-1, 1, 1}; }));
+}
+
+namespace {
+
+/// Changes a number of a table, and seals the state again, as whoever does so on purpose would.
+void change(const fs::path& file, const std::string& table, std::size_t at, std::int32_t value) {
+  {
+    const Hdf5Handle open(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
+    const Hdf5Handle set(H5Dopen2(open, table.c_str(), H5P_DEFAULT), H5Dclose),
+        space(H5Dget_space(set), H5Sclose);
+    std::vector<std::int32_t> all(std::size_t(H5Sget_simple_extent_npoints(space)));
+    REQUIRE(H5Dread(set, H5T_NATIVE_INT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) >= 0);
+    all.at(at) = value;
+    REQUIRE(H5Dwrite(set, H5T_NATIVE_INT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) >= 0);
+  }
+  const std::string head = readBytes(file).substr(0, sealSize), by = "written by ";
+  const std::size_t from = head.find(by) + by.size();
+  REQUIRE(seal(file, {"state", stateVersion, head.substr(from, head.find('\n', from) - from)}).empty());
+}
+
+}  // namespace
+
+TEST_CASE("Cells whose indices refer to nothing are refused, even with a valid seal") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5", changed = folder.path() / "changed.h5";
+  PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.1);
+  Physics& physics = problem.physics;
+  physics.shapes.push_back(
+      std::make_shared<const Shape>(test::deformed(physics.shapes[0]->mesh(), 1), physics.shapes[0]));
+  physics.species[0].deformed.push_back({1, {}});
+  physics.species[0].count += 1;
+  problem.checkpoints =
+      Checkpoints{{}, [&](const PackingState& state) { writeState(file, problem, {}, state); }};
+  REQUIRE(pack(problem).outcome == Outcome::certified);
+  const StateCells whole = readStateCells(file, {});
+  REQUIRE(whole.deformed);
+  std::size_t deformed = 0;
+  while (whole.cells[deformed].vertices.empty()) ++deformed;
+  const auto refusal = [&](const std::string& table, std::size_t at, std::int32_t value) -> std::string {
+    fs::copy_file(file, changed, fs::copy_options::overwrite_existing);
+    change(changed, table, at, value);
+    try {
+      readStateCells(changed, {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  CHECK(refusal("/cells/membrane", deformed, 0).empty());
+  constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();
+  for (const std::int32_t row : {1, 5000, most})
+    CHECK_THAT(refusal("/cells/membrane", deformed, row),
+               Contains("changed.h5: table '/species/0/membranes' has 1 x "));
+  for (const std::int32_t species : {1, most - 1, most})
+    CHECK_THAT(refusal("/cells/species", 2, species), Contains("changed.h5: has no "));
+  CHECK_THAT(refusal("/cells/species", 2, -1), Contains("is damaged"));
+  for (const std::int32_t corner : {-1, 642, most})
+    CHECK_THAT(refusal("/species/0/triangles", 7, corner),
+               Contains("is damaged: a triangle refers to no vertex"));
 }

@@ -28,8 +28,20 @@ double largestOf(const std::vector<Vec3>& forces) {
   return most;
 }
 
+/// Constants of a model with links through the cell.
+MembraneConstants constantsOf(MembraneModel model) {
+  MembraneConstants constants;
+  constants.model = model;
+  constants.innerLinks = {{0, 5}, {3, 11}, {7, 2}};
+  constants.cytoskeleton = {0.5, 9.0};  // longer than the links: all push
+  constants.core = {6.0, 2.0};
+  return constants;
+}
+
 TEST_CASE("the forces of packing are the gradient of the energy", "[soft]") {
-  const Membrane membrane(sample::redCell(2), {});
+  const MembraneModel model =
+      GENERATE(MembraneModel::highOrder, MembraneModel::platelet, MembraneModel::whiteCell);
+  const Membrane membrane(sample::redCell(2), constantsOf(model));
   // Small, so that triangles are near their limits; and so much that some exceed them.
   for (const auto& [shake, scale] : {std::pair(0.05, 1.0), std::pair(0.03, 0.93), std::pair(0.25, 1.0)}) {
     const std::vector<Vec3> at = sample::shaken(membrane.mesh().vertices, shake, 5);
@@ -105,6 +117,43 @@ TEST_CASE("forces of HemoCell's laws on a stretched tetrahedron, computed by han
     CHECK(force.dot(outward) == Approx(-link - area - volume - bending).epsilon(1e-6));
     CHECK(force.cross(outward).norm() < 1e-9);
   }
+}
+
+TEST_CASE("platelets and white cells have links through the cell, of which those of the latter push",
+          "[soft]") {
+  TriangleMesh mesh;
+  mesh.vertices = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+  mesh.triangles = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
+  const auto forceOf = [&](MembraneModel model, bool linked, double stretch) {
+    MembraneConstants constants;
+    constants.bend = 0.0;
+    constants.model = model;
+    if (linked) constants.innerLinks = {{0, 2}};
+    constants.cytoskeleton = {0.5, 1.5};
+    constants.core = {6.0, 1.45};
+    std::vector<Vec3> at = mesh.vertices;
+    for (Vec3& v : at) v *= stretch;
+    return hemocellForces(Membrane(mesh, constants), at)[0];
+  };
+  const Vec3 along = Vec3(-1, 0, -1).normalized();
+  const auto ofLink = [&](MembraneModel model, double stretch) {
+    const Vec3 force = forceOf(model, true, stretch) - forceOf(model, false, stretch);
+    CHECK(force.cross(along).norm() < 1e-12);
+    return force.dot(along);
+  };
+  // pltSimpleModel.cpp: linear, five times as stiff as the links of edges.
+  CHECK(ofLink(MembraneModel::platelet, 1.1) ==
+        Approx(5.0 * 25.0 / 25.0 * 15.0 * 4.100531391e-3 / 7.5e-3 * 0.1));
+  CHECK(ofLink(MembraneModel::platelet, 0.9) < -0.1);
+  // wbcHighOrderModel.cpp: each up to twice its radius.
+  const double edge = std::sqrt(8.0);
+  CHECK(ofLink(MembraneModel::whiteCell, 1.0) == Approx(-0.5 * (1 - edge / 3.0) - 6.0 * (1 - edge / 2.9)));
+  CHECK(ofLink(MembraneModel::whiteCell, 1.04) == Approx(-0.5 * (1 - 1.04 * edge / 3.0)));
+  CHECK(ofLink(MembraneModel::whiteCell, 1.1) == 0.0);
+  CHECK(ofLink(MembraneModel::highOrder, 1.1) == 0.0);
+  MembraneConstants outside = constantsOf(MembraneModel::platelet);
+  CHECK_THROWS_WITH(Membrane(mesh, outside),
+                    Catch::Contains("an inner link between the vertices 0 and 5, of 4"));
 }
 
 TEST_CASE("a deformation states the largest changes", "[soft]") {

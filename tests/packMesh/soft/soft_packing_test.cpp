@@ -310,7 +310,8 @@ TEST_CASE("a packing continues from any of its states with the same cells", "[so
   }
 }
 
-TEST_CASE("progress tells about how many iterations are left", "[soft]") {
+TEST_CASE("progress tells how many iterations are left until cells have grown, and nothing while they rest",
+          "[soft]") {
   PackingProblem problem = boxAt(0.75, 8);
   std::vector<Progress> told;
   problem.execution.progress = [&](const Progress& progress) {
@@ -318,9 +319,12 @@ TEST_CASE("progress tells about how many iterations are left", "[soft]") {
   };
   const double all = double(packSoft(problem, {{}}, {}).iterations);
   REQUIRE(told.size() > 4);
+  CHECK(told.front().left > 0);
+  CHECK(told.back().left == 0);
   for (std::size_t i = 0; i + 1 < told.size(); ++i) {
     CAPTURE(told[i].sweep, told[i].left, all);
-    CHECK(told[i].left > 0);
+    if (told[i].scale < 1.0) CHECK(told[i].left > 0);
+    if (told[i].left == 0) continue;
     CHECK(double(told[i].sweep + told[i].left) > 0.6 * all);
     CHECK(double(told[i].sweep + told[i].left) < 1.7 * all);
   }
