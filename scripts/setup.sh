@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the missing packages of scripts/apt-packages.txt. Does nothing if none is missing.
-#   scripts/setup.sh                   install what the programs, pictures, tests and benchmarks need
+#   scripts/setup.sh                   install what the programs, pictures and the core of the tests need
 #   scripts/setup.sh --without-tests   install what the programs and pictures need
+#   scripts/setup.sh --full            install what all tests and the benchmarks need, too
 #   scripts/setup.sh --documentation   install what scripts/docs.sh needs
 #   scripts/setup.sh --clang-mpich     install clang and MPICH with its HDF5, for scripts/test.sh clang-mpich
 #   scripts/setup.sh --slurm           install Slurm, for tests/cluster/check_slurm.sh
@@ -9,9 +10,10 @@
 # PACKMESH_SKIP_SETUP=1 skips it (libraries installed in another way).
 set -euo pipefail
 list="$(dirname "${BASH_SOURCE[0]}")/apt-packages.txt"
-part='1,/^# only for the documentation/'
+part='1,/^# only for all tests/'
 case ${1:-} in
   --without-tests) part='1,/^# only for tests/' ;;
+  --full) part='1,/^# only for the documentation/' ;;
   --documentation) part='/^# only for the documentation/,/^$/' ;;
   --clang-mpich) part='/^# only for another compiler/,/^$/' ;;
   --slurm) part='/^# only for Slurm/,$' ;;

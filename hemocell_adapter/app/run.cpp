@@ -12,7 +12,6 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -171,35 +170,6 @@ RealisationFigures realisationFigures(const Packing& packing) {
           packing.times.wall};
 }
 
-/// How cells are packed of which HemoCell keeps all: those of .pos files with closed ends, where that is
-/// possible.
-std::string remedyOfDropped(const Packing& packing) {
-  const Problem& problem = *packing.problem;
-  const std::string plugIn = "the plug-in (packmesh::loadParticles) keeps all of them";
-  const bool needsPeriod = packing.before || problem.request.inColumns ||
-                           std::any_of(problem.species.begin(), problem.species.end(),
-                                       [](const CellSpecies& species) { return !species.fixed.empty(); });
-  if (needsPeriod) return plugIn;
-  return fmt::format("{} packs cells that it keeps, {}",
-                     problem.request.packCellsConventions ? named("keep-all") + " (or the name packMesh)"
-                                                          : named("ends", "closed"),
-                     plugIn);
-}
-
-/// For cells that cross periodic faces.
-void warnOfDropped(const Packing& packing) {
-  const Problem& problem = *packing.problem;
-  const auto sum = [](const std::vector<std::int64_t>& counts) {
-    return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
-  };
-  log::warning(fmt::format(
-      "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
-      "periodic face when it loads them from .pos files; {}",
-      sum(packing.kept.kept), sum(packing.tally.counts),
-      tallyOf(problem, packing.kept.kept, packing.kept.excess).redMesh / problem.referenceVolume(),
-      remedyOfDropped(packing)));
-}
-
 /// Writes a packing that cannot be written as it was requested, to be written elsewhere later.
 void rescue(const Packing& packing) {
   if (!saveAsCheckpoint(packing)) return;
@@ -244,12 +214,11 @@ bool write(const Packing& packing) {
   bool stateWritten = false;
   const std::vector<fs::path> files = writeCells(packing, stateWritten);
   logSummary(packing);
-  if (!packing.kept.reasons.empty()) warnOfDropped(packing);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   if (packing.state && stateWritten)
     log::info(fmt::format("Wrote {0} ({1} cells; load it by packmesh::loadParticles(hemocell, \"{0}\"))",
                           packing.output.stateFile->string(), packing.cellCount));
-  warnOfStaleFiles(*packing.problem, packing.output);
+  warnOfCellFiles(packing, packing.output.folder);
   writeViews(packing);
   return stateWritten;
 }
@@ -283,9 +252,14 @@ void requireWritableFolders(const Request& request, const OutputRequest& output,
   });
 }
 
-ExitCode tellForecast(const Problem& problem) {
+ExitCode tellForecast(const Problem& problem, const Timer& timer) {
   const ForecastText forecast = forecastText(problem, problem.ranks.size());
   for (const std::string& line : forecast.lines) log::info(line);
+  constexpr double worthTelling = 1.0;  // [s]
+  if (const double cpu = timer.cpu(); cpu > worthTelling)
+    log::info(
+        fmt::format("Not included in the time: about {} of CPU for the lumen, as this dry run has taken",
+                    durationText(std::round(cpu))));
   log::info("A dry run: nothing was packed or written");
   if (forecast.seconds) log::detail(fmt::format("Expected CPU time: {:.4g} s", *forecast.seconds));
   return forecast.impossible && !problem.request.bestEffort ? ExitCode::outOfReach : ExitCode::ok;
@@ -332,7 +306,7 @@ RunEnd packOnce(const CompletedRequest& completed, const OutputRequest& output, 
     for (const std::string& line : reachLines(*problem, session.sampleOf(problem))) log::info(line);
     return packAndWrite(session, problem, output);
   }
-  return {tellForecast(*problem), {}};
+  return {tellForecast(*problem, session.timer()), {}};
 }
 
 }  // namespace

@@ -71,7 +71,13 @@ PosLine posLineOf(const Pose& pose) {
 }
 
 PosLine lineOf(const Cell& cell) {
-  return cell.angles.allFinite() ? PosLine{cell.pose.position, cell.angles} : posLineOf(cell.pose);
+  if (!cell.angles.allFinite()) return posLineOf(cell.pose);
+  constexpr double rounding = 1e-6;  // far above that of angles and quaternions, below what moves a cell
+  const PosLine line{cell.pose.position, cell.angles};
+  const Mat3 turned = cell.pose.orientation.toRotationMatrix();
+  if (!((placementOf(line).linear - turned).cwiseAbs().maxCoeff() < rounding))
+    throw InputError("a state is damaged: the angles of a cell are not those of its orientation");
+  return line;
 }
 
 std::string formatPosHead(std::int64_t count) {

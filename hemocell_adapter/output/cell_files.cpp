@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <numeric>
 #include <set>
 #include <string>
 #include <system_error>
@@ -15,6 +16,7 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/settings/request.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
@@ -198,6 +200,61 @@ class CellFiles {
 
 std::vector<fs::path> writeCellFiles(const Packing& packing, const OutputRequest& output, bool withState) {
   return CellFiles(packing, output, withState)();
+}
+
+namespace {
+
+/// How cells are packed of which HemoCell keeps all: those of .pos files with closed ends, where that is
+/// possible.
+std::string remedyOfDropped(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const std::string plugIn = "the plug-in (packmesh::loadParticles) keeps all of them";
+  const bool needsPeriod = packing.before || problem.request.inColumns ||
+                           std::any_of(problem.species.begin(), problem.species.end(),
+                                       [](const CellSpecies& species) { return !species.fixed.empty(); });
+  if (needsPeriod) return plugIn;
+  return fmt::format("{} packs cells that it keeps, {}",
+                     problem.request.packCellsConventions ? named("keep-all") + " (or the name packMesh)"
+                                                          : named("ends", "closed"),
+                     plugIn);
+}
+
+/// For cells that cross periodic faces.
+void warnOfDropped(const Packing& packing) {
+  const Problem& problem = *packing.problem;
+  const auto sum = [](const std::vector<std::int64_t>& counts) {
+    return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  };
+  log::warning(fmt::format(
+      "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
+      "periodic face when it loads them from .pos files; {}",
+      sum(packing.kept.kept), sum(packing.tally.counts),
+      tallyOf(problem, packing.kept.kept, packing.kept.excess).redMesh / problem.referenceVolume(),
+      remedyOfDropped(packing)));
+}
+
+/// About .pos files of other packings in the folder.
+void warnOfStaleFiles(const Problem& problem, const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() != ".pos") continue;
+    const std::string name = entry.path().stem().string();
+    bool ours = false;
+    for (const CellSpecies& s : problem.species) ours = ours || (s.name == name && s.mostCells() > 0);
+    if (!ours) {
+      log::warning(fmt::format(
+          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
+          "is intended",
+          entry.path().string()));
+    }
+  }
+}
+
+}  // namespace
+
+void warnOfCellFiles(const Packing& packing, const fs::path& folder) {
+  if (!packing.kept.reasons.empty()) warnOfDropped(packing);
+  warnOfStaleFiles(*packing.problem, folder);
 }
 
 }  // namespace packmesh::hemocell

@@ -39,4 +39,8 @@ std::vector<std::string> warningsOfTwoRuns(const std::filesystem::path& folder);
 std::vector<std::filesystem::path> writeCellFiles(const Packing& packing, const OutputRequest& output,
                                                   bool withState);
 
+/// Warns if HemoCell would delete some of the cells when it loads them from the files, and if there are .pos
+/// files of another packing beside them. All ranks call.
+void warnOfCellFiles(const Packing& packing, const std::filesystem::path& folder);
+
 }  // namespace packmesh::hemocell

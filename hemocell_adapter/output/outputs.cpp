@@ -153,7 +153,8 @@ std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest
   const auto tables = writtenWithoutCells(place, problem, counts);
   for (Words words : commandsFor(output, tables->temporary())) {
     words.emplace_back("--plan");
-    if (words.front() == "export" && problem.hasDeformed()) words.emplace_back("--deformed");
+    if (words.front() == "export" && (problem.hasDeformed() || problem.request.soft))
+      words.emplace_back("--deformed");
     const CommandEnd end = runPackmesh(words, interrupted);
     if (end.kind == CommandEnd::Kind::unusable) {
       warnOfMissing(output, end.message);
@@ -176,7 +177,6 @@ void convert(const Packing& packing, const CellMeasures& measures) {
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }
   onFirstRank(packing.ranks(), [&] {
-    std::string failures;  // formats that were planned, but cannot have cells that became deformed
     for (const Words& words : commandsFor(output, file->temporary())) {
       const CommandEnd end = runPackmesh(words, interrupted);
       if (end.kind == CommandEnd::Kind::unusable) {
@@ -186,12 +186,8 @@ void convert(const Packing& packing, const CellMeasures& measures) {
         return;
       }
       for (const std::string& line : end.lines) log::info(line);
-      if (end.kind == CommandEnd::Kind::refused)
-        failures += (failures.empty() ? "" : "; ") + end.message;
-      else if (end.kind != CommandEnd::Kind::done)
-        throwAs(end);
+      if (end.kind != CommandEnd::Kind::done) throwAs(end);
     }
-    if (!failures.empty()) throw OutputError(failures);
   });
 }
 
@@ -306,22 +302,6 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
     if (!known.insert(real).second)
       throw OutputError(
           fmt::format("{}: two outputs have this name (report, state, pictures, cells)", file.string()));
-  }
-}
-
-void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(output.folder, ignored)) {
-    if (entry.path().extension() != ".pos") continue;
-    const std::string name = entry.path().stem().string();
-    bool ours = false;
-    for (const CellSpecies& s : problem.species) ours = ours || (s.name == name && s.mostCells() > 0);
-    if (!ours) {
-      log::warning(fmt::format(
-          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
-          "is intended",
-          entry.path().string()));
-    }
   }
 }
 

@@ -61,9 +61,6 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
                             const std::vector<std::filesystem::path>& others = {});
 void requireWritable(const std::filesystem::path& folder);
 
-/// Warns of .pos files that HemoCell would load together with the new ones.
-void warnOfStaleFiles(const Problem& problem, const OutputRequest& output);
-
 /// Writes the additional output that is requested: reports, and what the Python package makes;
 /// prints their names. All ranks call. @throws AgreedFailure
 void writeViews(const Packing& packing);

@@ -231,7 +231,7 @@ std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* 
       warnings.push_back(
           fmt::format("{}: {}: slices are not read from the code; the outermost one with fluid is taken "
                       "(" +
-                          named("pre-inlet-slice") + ", " + named("pre-inlet-range") + " state it)",
+                          named("pre-inlet-slice") + ", " + named("pre-inlet-range") + " set it)",
                       call->where, call->text));
   }
   place.ranges = statedRanges(request, place.axis);

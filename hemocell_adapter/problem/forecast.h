@@ -81,7 +81,7 @@ struct Forecast {
   static constexpr double easy = 0.60, possible = 0.62;
   /// In narrow lumens packings have failed from `doubtful` on, and have been found up to `ordered`; a hundred
   /// cells at most in wider ones up to `possibleForFew`.
-  static constexpr double doubtful = 0.50, ordered = 0.91, possibleForFew = 0.70;
+  static constexpr double doubtful = 0.50, ordered = 0.91, possibleForFew = 0.72;
   static constexpr std::int64_t few = 100;
 };
 

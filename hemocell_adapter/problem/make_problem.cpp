@@ -142,10 +142,9 @@ std::optional<double> resolveHematocrit(const Scene& scene, Notices& notices) {
       scene.lumen.solidWalls ? hydraulicDiameter(*scene.lumen.container, endAxes(scene)) : std::nullopt;
   if (!diameter)
     throw InputError(
-        "a discharge hematocrit is that of a lumen with walls that blood flows along, and this one has "
-        "none "
+        "a discharge hematocrit belongs to a lumen with walls that blood flows along; this one has none "
         "(see " +
-        named("walls") + "); state the hematocrit");
+        named("walls") + "). Give the hematocrit of the lumen instead");
   if (auto warning = fahraeusWarning(*diameter))
     notices.warnings.push_back("discharge hematocrit: " + *warning);
   return tubeHematocrit(*scene.request.dischargeHematocrit, *diameter);

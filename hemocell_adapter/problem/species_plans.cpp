@@ -16,11 +16,12 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Of a name that HemoCell has no cell of, a similar one that it has, or of `others`.
-std::optional<std::string> similarCell(const std::string& name, std::vector<std::string> others = {}) {
-  if (defaultModel(name) || defaultEllipsoid(name)) return {};
+/// Empty, or after a name that HemoCell has no cell of: a question for one that it has, or of `others`.
+std::string askedFor(const std::string& name, std::vector<std::string> others = {}) {
+  if (defaultModel(name) || defaultEllipsoid(name)) return "";
   others.insert(others.end(), {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko"});
-  return nearestName(name, others);
+  const auto near = nearestName(name, others);
+  return near ? fmt::format(" (did you mean '{}'?)", *near) : "";
 }
 
 namespace fs = std::filesystem;
@@ -129,9 +130,12 @@ class PackedSpecies {
     } else if (later) {
       hematocrit_.reset();
     } else if (hematocrit.isSection()) {
-      throw InputError(
-          fmt::format("{}: <hematocrit> contradicts a count or ratio for every red cell; remove one of them",
-                      sourceOf(simulation_)));
+      std::string misspelled;  // a red cell
+      for (const SpeciesRequest& species : all_)
+        if (!isRedCell(species) && !originOfNumber(species)) misspelled += askedFor(species.name);
+      throw InputError(fmt::format(
+          "{}: <hematocrit> contradicts a count or ratio for every red cell{}; remove one of them",
+          sourceOf(simulation_), misspelled));
     }
   }
 
@@ -227,13 +231,10 @@ class PackedSpecies {
   void requireNumbers() const {
     for (const SpeciesRequest& request : all_)
       if (!request.count && !request.ratio && !request.fixed && !request.start && !request.inBlood &&
-          !(hematocrit_ && isRedCell(request))) {
-        const auto similar = similarCell(request.name);
-        const std::string hint = similar ? fmt::format("Did you mean '{}'? Otherwise g", *similar) : "G";
-        throw InputError(fmt::format("{}: how many '{}'? {}ive it a count{}", sourceOf(simulation_),
-                                     request.name, hint,
-                                     isRedCell(request) ? " or a hematocrit" : " or a ratio"));
-      }
+          !(hematocrit_ && isRedCell(request)))
+        throw InputError(fmt::format("{}: how many '{}'{}? Give it a count or a {}", sourceOf(simulation_),
+                                     request.name, askedFor(request.name),
+                                     isRedCell(request) ? "hematocrit" : "ratio"));
   }
 
   const Request& request_;
@@ -381,7 +382,7 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
     }
   }
   if (names.empty()) return "";
-  if (const auto near = similarCell(request.name, names)) return fmt::format(" (did you mean '{}'?)", *near);
+  if (std::string question = askedFor(request.name, names); !question.empty()) return question;
   std::sort(names.begin(), names.end());
   std::vector<std::string> files;
   for (const std::string& name : names) files.push_back(name + ".xml");
@@ -457,10 +458,9 @@ void useDefault(SpeciesPlan& species) {
   } else if (const auto axes = defaultEllipsoid(species.name)) {
     useEllipsoid(Vec3((*axes)[0], (*axes)[1], (*axes)[2]), "packCells' ellipsoid", species);
   } else {
-    const auto similar = similarCell(species.name);
     throw UsageError(fmt::format(
         "cell '{}' is unknown{}: give it axes (" + named("cell") + ") or a mesh (" + named("cell-mesh") + ")",
-        species.name, similar ? fmt::format(" (did you mean '{}'?)", *similar) : ""));
+        species.name, askedFor(species.name)));
   }
 }
 

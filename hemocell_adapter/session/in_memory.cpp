@@ -172,7 +172,9 @@ std::vector<fs::path> writeCells(const Packing& packing, const fs::path& folder,
   OutputRequest output;
   output.folder = folder;
   onFirstRank(packing.ranks(), [&] { requireWritableOutputs(*packing.problem, output, true, others); });
-  return writeCellFiles(packing, output, false);
+  std::vector<fs::path> files = writeCellFiles(packing, output, false);
+  warnOfCellFiles(packing, folder);
+  return files;
 }
 
 void writePosFiles(const fs::path& folder,

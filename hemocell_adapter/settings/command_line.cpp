@@ -280,17 +280,18 @@ class Parser {
 
   /// A word that is almost "check", or a command of packmesh.
   void refuseOtherCommands() const {
-    if (positionals_.size() > 1)
-      for (const std::string& word : positionals_)
-        if (result_.command != Command::check && nearestName(word, {"check"}))
-          throw UsageError(fmt::format("unknown command '{}', did you mean 'check'?", word));
+    std::error_code ignored;
+    for (const std::string& word : positionals_)
+      if (result_.command != Command::check && nearestName(word, {"check"}) &&
+          !std::filesystem::exists(word, ignored))
+        throw UsageError(fmt::format("unknown command '{}', did you mean 'check'?", word));
     const std::string& first = positionals_.front();
     const bool isWord = first.find_first_not_of("abcdefghijklmnopqrstuvwxyz-") == first.npos;
-    std::error_code ignored;
     if (isWord && !toNumber(first) && !std::filesystem::exists(first, ignored))
-      throw UsageError(fmt::format(
-          "'{}' is neither a file nor a command of packMesh; of packmesh, the other program: packmesh {}",
-          first, fmt::join(positionals_, " ")));
+      throw UsageError(
+          fmt::format("'{}' is no file, and packMesh has no such command; the other program, packmesh, may "
+                      "have: packmesh {}",
+                      first, fmt::join(positionals_, " ")));
   }
 
   const std::vector<std::string>& words_;

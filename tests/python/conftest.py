@@ -16,6 +16,10 @@ TUBE_CASE = """<hemocell><domain><dx> 5e-7 </dx><dt> 1e-7 </dt><rhoP> 1025 </rho
 </domain><packing><container><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/></container></packing></hemocell>"""
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "long: takes seconds, and is no part of the core (scripts/test.sh full)")
+
+
 def run_program(folder, *words, code=0):
     """What the program printed."""
     done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True, check=False)

@@ -234,7 +234,7 @@ def test_each_program_names_the_other_for_its_commands(alone, tmp_path):
     from packmesh.__main__ import COMMANDS
     for command in COMMANDS:
         done = alone(command, "state.h5")
-        assert done.returncode == 1 and f"of packmesh, the other program: packmesh {command} state.h5" in done.stderr
+        assert done.returncode == 1 and f"the other program, packmesh, may have: packmesh {command} state.h5" in done.stderr
     done = run_packmesh("check", "config.xml", cwd=tmp_path)
     assert done.returncode == 1 and "'check' is for packMesh, the other program: packMesh check config.xml" in done.stderr
     assert "unknown command 'veiw', did you mean 'view'?" in run_packmesh("veiw", "s.h5", cwd=tmp_path).stderr

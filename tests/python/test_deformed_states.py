@@ -271,6 +271,7 @@ def test_hematocrit_of_some_membranes(state, program):
             assert f"hematocrit {asked:.3g}" in text or f"{asked:.2f}" in text
 
 
+@pytest.mark.long
 def test_views_have_the_membranes(state, program, monkeypatch):
     """The page, the picture, the scene and trimesh have the meshes of the cells beside templates."""
     case, packing = state

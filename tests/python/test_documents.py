@@ -28,6 +28,7 @@ def test_howto(page, least, tmp_path, monkeypatch, pipe):
         exec(compile(block, page + ".md", "exec"), names)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["cylinder/RBC.pos", "cylinder/cells.h5"]), ("vessel", 2, ["vessel-*/case/case.cpp"])])
 def test_notebook(name, pictures, written, tmp_path):
     """Beside what the other one, and this one before, have written."""

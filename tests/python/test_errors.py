@@ -430,6 +430,17 @@ def test_warnings_are_those_of_python():
     assert issubclass(packmesh.RepairWarning, packmesh.PackingWarning)
 
 
+def test_warnings_of_pos_files(tmp_path):
+    packing = packmesh.pack(box=(20, 20, 20), ends="periodic", hematocrit=0.3)
+    (tmp_path / "WBC.pos").write_text("0\n")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        packing.write_pos(tmp_path)
+    assert len(told) == 2 and all(one.category is packmesh.PackingWarning for one in told)
+    assert re.match(f"HemoCell would keep [0-9]+ of {len(packing)} cells", str(told[0].message)), told
+    assert "WBC.pos is not part of this packing" in str(told[1].message)
+
+
 def test_misspelled_cells():
     with pytest.raises(packmesh.InputError, match=r"cell 'RCB' is unknown \(did you mean 'RBC'\?\): give it axes"):
         packmesh.pack(box=(20, 20, 20), species={"RCB": 3})

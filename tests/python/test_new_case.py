@@ -104,6 +104,7 @@ def fluid_volume(folder):
     return packmesh.pack(case=folder / "config.xml", hematocrit=0.02, platelets=0).report()["lumen"]["lattice"]["fluidVolume"]
 
 
+@pytest.mark.long
 def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     vertices, triangles = swept(straight(), 10.0)
     write_stl(tmp_path / "tube.stl", 1e-3 * vertices @ TURN.T + [1000.0, 0, 0], triangles[:, ::-1])
@@ -541,6 +542,7 @@ def test_closed_ends_become_walls(bifurcation, tmp_path):
     require_closed(vessel_lattice.placed(vessel, 1.0, 0.5, ["periodic", "periodic", "closed"], (0, 0), mirror=True))
 
 
+@pytest.mark.long
 def test_the_flow_is_stated_in_three_ways(tmp_path):
     write_off(tmp_path / "tube.off", *swept(straight(), 10.0))
     one = packmesh.new_case(tmp_path / "tube.off", velocity=2.0, hematocrit=0.1)
@@ -582,6 +584,7 @@ def test_palabos_divides_the_lattice_so():
     assert vessel_plan.ranks_of((103, 53, 53), 25) == [1, 2, 3, 4, 6, 8, 12, 16]
 
 
+@pytest.mark.long
 def test_cells_are_packed_by_the_case_or_before(bifurcation, tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
     for name, surface, more in (("tube", tmp_path / "tube.stl", {"unit": "um"}), ("fork", bifurcation, {})):
@@ -646,6 +649,7 @@ def test_realisations_differ_in_their_seeds(tmp_path):
     assert "for folder in realisation_*; do (cd $folder && packMesh config.xml && mpirun" in (tmp_path / "case/README.md").read_text()
 
 
+@pytest.mark.long
 def test_forces_are_computed_as_often_at_any_spacing(tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
     for dx, material, particle in ((0.5, 20, 5), (1.0, 5, 1), (0.25, 20, 5)):
@@ -838,6 +842,7 @@ def test_plasma_alone(drive, tube, tmp_path):
             packmesh.new_case(tube, hematocrit=0, **more)
 
 
+@pytest.mark.long
 def test_a_flow_that_is_an_estimate_says_so(tube, bifurcation, tmp_path):
     write_off(tmp_path / "bend.off", *swept(hooked(), 8.0, (False, False)))
     write_off(tmp_path / "narrow.off", *swept(straight(), 5.0, (False, False)))
@@ -847,6 +852,7 @@ def test_a_flow_that_is_an_estimate_says_so(tube, bifurcation, tmp_path):
         assert f"{case.flow_rate:.4g} µm³/ms" in "".join(case.text)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shear_rate", [1000, 4000])
 def test_a_case_has_no_warning_of_what_it_chose(shear_rate, tube, tmp_path, caplog):
     packmesh.new_case(tube, tmp_path / "case", hematocrit=0.1, shear_rate=shear_rate)
@@ -886,6 +892,7 @@ def test_cuts_that_leave_nothing_or_meet_an_opening(tube):
     assert 30 < small.size[0] < 31.5
 
 
+@pytest.mark.long
 def test_folders_are_made_and_removed(tube, tmp_path):
     packmesh.new_case(tube, tmp_path / "no/such/case", hematocrit=0.1)
     assert (tmp_path / "no/such/case/config.xml").exists() and os.listdir(tmp_path / "no/such") == ["case"]
@@ -923,11 +930,13 @@ def test_arguments_are_examined_as_by_the_command(name, value, tube):
         packmesh.new_case(tube, **{"unit": "um", "hematocrit": 0, name: value})
 
 
+@pytest.mark.long
 def test_the_unit_is_a_unit(tube):
     assert packmesh.new_case(tube, hematocrit=0).unit == "um" and packmesh.new_case(tube, hematocrit=0, unit="um").unit == "um"
     assert packmesh.new_case(tube, hematocrit=0, diameter=30).unit is None
 
 
+@pytest.mark.long
 def test_two_cases_in_one_tree(tube, tmp_path):
     """Their targets have the names of their folders, their programs the place that README.md names."""
     for name in ("one", "two-2"):
@@ -941,6 +950,7 @@ def test_two_cases_in_one_tree(tube, tmp_path):
     assert "one/build/case" in rules and "two-2/build/case" in rules
 
 
+@pytest.mark.long
 def test_coarse_lattices_have_coarse_cells(tube, tmp_path, caplog):
     """Finer ones exceed HemoCell's limit of forces there."""
     case = packmesh.new_case(tube, tmp_path / "case", dx=1, hematocrit=0.2)

@@ -125,6 +125,7 @@ def test_lumen(case):
     assert np.mean(depth < 1) == pytest.approx(1 - (8 / 9) ** 2, abs=2e-3)
 
 
+@pytest.mark.long
 def test_lumen_of_vessels(pipe, tmp_path):
     """That of HemoCell's pipe is periodic; behind a pre-inlet it is the vessel, not the inlet."""
     lumen = RunLumen(str(pipe / "config.xml"))
@@ -434,6 +435,7 @@ class OtherStep:
         self.dx, self.fluid = dx, Domain(np.full(3, -0.5 * dx), (np.array(nodes) - 0.5) * dx)
 
 
+@pytest.mark.long
 def test_other_vessel(pipe, tmp_path):
     """The nodes of a vessel follow from its STL, as the library counts them."""
     folder = shutil.copytree(SOURCE / "examples/pre_inlet", tmp_path / "inlet")

@@ -85,6 +85,7 @@ def test_the_picture_shows_the_cells(tmp_path, walls):
     assert reds(pixels) > 250 and ((pixels > 220)[:, :2].all(axis=1)).sum() > 500
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("walls", [False, True])
 def test_scenes_are_cut_coloured_and_turned(tmp_path, walls):
     # To the left thin axes along y and gaps of 0, to the right along x and gaps of 1 µm.
@@ -112,6 +113,7 @@ def test_scenes_are_cut_coloured_and_turned(tmp_path, walls):
         assert 0.15 * whole < reds(shown(f"Turn={turn}")) < whole
 
 
+@pytest.mark.long
 def test_pictures_say_what_colours_mean(program, tmp_path):
     """At the lower edge: a bar from dark violet to yellow with the largest gap, or squares in the colours of the axes."""
     folder, _ = program(*"20 20 20 --rbc 9 --vtp".split())

@@ -161,7 +161,7 @@ TEST_CASE("A case gives the same files and messages on any ranks", "[ranks]") {
   requireSameOnRanks("config.xml --hematocrit 0.5 --max-iterations 10 --best-effort");
 }
 
-TEST_CASE("All outputs are the same on any ranks with both methods", "[ranks]") {
+TEST_CASE("All outputs are the same on any ranks with both methods", "[ranks][long]") {
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export "
       "lammps-molecular --export mirheo --export stl";
@@ -193,7 +193,7 @@ TEST_CASE("CAT faces give the same files and messages on any ranks", "[ranks]") 
   requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
 }
 
-TEST_CASE("Tiles and exports are the same on any ranks", "[ranks]") {
+TEST_CASE("Tiles and exports are the same on any ranks", "[ranks][long]") {
   requireSameOnRanks(
       "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export "
       "lammps-molecular --export mirheo --export stl");
@@ -206,17 +206,17 @@ TEST_CASE("Columns are the same on any ranks", "[ranks]") {
       "--max-iterations 40");
 }
 
-TEST_CASE("Layers and directions are the same on any ranks", "[ranks]") {
+TEST_CASE("Layers and directions are the same on any ranks", "[ranks][long]") {
   requireSameOnRanks(
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
 
-TEST_CASE("Profiles are the same on any ranks", "[ranks][profile]") {
+TEST_CASE("Profiles are the same on any ranks", "[ranks][profile][long]") {
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --profile developed --state state.h5");
   requireSameOnRanks("--cylinder x 14 60 --ends periodic --discharge-hematocrit 0.4 --profile developed");
 }
 
-TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][alsodx]") {
+TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][alsodx][long]") {
   requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
 }
 
@@ -225,7 +225,7 @@ TEST_CASE("Soft cells are the same on any number of ranks and threads", "[ranks]
                      {{1, 1}, {2, 2}, {4, 1}});
 }
 
-TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks]") {
+TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks][long]") {
   requireSameOnRanks(
       "'<packing><container><box size=\"40 20 12\"/><obstacles><box origin=\"15 9 -1\" size=\"26 2 14\"/>"
       "</obstacles></container><species name=\"RBC\"/><hematocrit>0.2</hematocrit><region count=\"9\">"
@@ -234,7 +234,7 @@ TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks]")
       {{1, 1}, {2, 1}, {4, 1}});
 }
 
-TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks]") {
+TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks][long]") {
   struct Fault {
     const char* arguments;
     int exitCode;
@@ -257,7 +257,7 @@ TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ran
   }
 }
 
-TEST_CASE("A rank that finds different files than the first rank ends all ranks", "[ranks]") {
+TEST_CASE("A rank that finds different files than the first rank ends all ranks", "[ranks][long]") {
   const SampleCase folder;
   fs::create_directory(folder.path() / "other");
   for (const auto& entry : fs::directory_iterator(folder.path()))

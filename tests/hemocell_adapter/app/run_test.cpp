@@ -30,7 +30,7 @@ const std::string small = "20 20 20 --rbc 3";
 
 }  // namespace
 
-TEST_CASE("A second run in the same folder is rejected and names the first", "[executable]") {
+TEST_CASE("A second run in the same folder is rejected and names the first", "[executable][long]") {
   const TemporaryFolder folder;
   {
     const RunLock held = RunLock::ofFolder(folder.path());
@@ -55,7 +55,7 @@ TEST_CASE("A second run in the same folder is rejected and names the first", "[e
   CHECK(folder.files() == 2);  // RBC.pos, other
 }
 
-TEST_CASE("A second run with the same state is rejected in any folder", "[executable]") {
+TEST_CASE("A second run with the same state is rejected in any folder", "[executable][long]") {
   const TemporaryFolder folder;
   {
     const RunLock held = RunLock::ofFile(folder.path() / "s.h5");
@@ -230,7 +230,7 @@ TEST_CASE("An infeasible request reports the best result, writes only on request
   CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
 }
 
-TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable]") {
+TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable][long]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "60 60 60 --rbc 5 --max-iterations 1");
   INFO(ran.all());

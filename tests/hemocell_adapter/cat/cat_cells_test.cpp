@@ -49,7 +49,7 @@ struct Meshes : test::TemporaryFolder {
 
 }  // namespace
 
-TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable]") {
+TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable][long]") {
   const Meshes folder;
   for (const std::string kind : {"obj", "ply", "h5"}) {
     const RanCatCells ran =

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "packMesh/core/error.h"
+#include "packMesh/problem/physics.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
 
@@ -70,6 +71,16 @@ TEST_CASE("The .pos line of a pose gives the same map as the pose", "[pos]") {
         check(Quaternion(rotation(2, c) * rotation(1, b) * rotation(0, a)));
   CHECK(worst < 1e-12);
   CHECK(posLineOf({}).angles == Vec3::Zero());
+}
+
+TEST_CASE("The .pos line of a cell has its angles, unless they are of another orientation", "[pos]") {
+  Cell cell;
+  cell.pose = Pose{1.0, Quaternion(rotation(2, 50) * rotation(0, 30)), Vec3(1, 2, 3)};
+  CHECK((lineOf(cell).angles - Vec3(30, 0, 50)).norm() < 1e-12);
+  cell.angles = Vec3(30, 360, 50);  // in other words
+  CHECK(lineOf(cell).angles == cell.angles);
+  cell.angles = Vec3(30, 0.01, 50);
+  CHECK_THROWS_WITH(lineOf(cell), Contains("the angles of a cell are not those of its orientation"));
 }
 
 TEST_CASE("A .pos text is plain, reads back to the last bit and contains no -0", "[pos]") {

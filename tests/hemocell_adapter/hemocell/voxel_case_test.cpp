@@ -86,7 +86,7 @@ class VesselCase : public SampleCase {
 }  // namespace
 
 TEST_CASE("Vessels without flat ends perpendicular to x are packed in their fluid nodes",
-          "[executable][vessel]") {
+          "[executable][vessel][long]") {
   struct Shape {
     const char* name;
     TriangleMesh mesh;
@@ -116,7 +116,7 @@ TEST_CASE("Vessels without flat ends perpendicular to x are packed in their flui
 }
 
 TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodic ends and growth",
-          "[executable][vessel]") {
+          "[executable][vessel][long]") {
   const VesselCase folder(oblique());
   const Ran layer =
       run(folder.path(), "config.xml --rbc 3 --plt 2 --cell-free-layer 1.2 --report r.json --vtp --pov");
@@ -170,7 +170,7 @@ TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks", 
 }
 
 TEST_CASE("Surfaces that cross themselves are packed in the nodes that HemoCell makes fluid",
-          "[executable][vessel]") {
+          "[executable][vessel][long]") {
   const auto joined = [](TriangleMesh mesh, const TriangleMesh& other, const Vec3& shift) {
     const int first = int(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());

@@ -158,7 +158,7 @@ TEST_CASE("Reports of one cell, and of species without cells, are complete", "[e
   CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
 }
 
-TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable]") {
+TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable][long]") {
   const SampleCase folder;
   writeText(folder.path() / "config.xml",
             configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
@@ -186,7 +186,7 @@ TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable]") {
   CHECK(fs::file_size(folder.path() / "lumen.vtp") > 1000);
 }
 
-TEST_CASE("Errors of an output are reported before packing", "[executable]") {
+TEST_CASE("Errors of an output are reported before packing", "[executable][long]") {
   const SampleCase folder;
   const std::string box = "25 25 25 --rbc 3 ";
   const auto packing = [](const std::string& text) {

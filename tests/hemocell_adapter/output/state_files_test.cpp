@@ -202,7 +202,7 @@ TEST_CASE("Two ranks stopped at random times continue to the same files", "[rank
   requireSameAfterKills(packed, 4, {"TERM"}, onRanks(2, 1));  // mpirun sends TERM to the ranks, too
 }
 
-TEST_CASE("A run continues on a different number of ranks after a signal to all", "[ranks]") {
+TEST_CASE("A run continues on a different number of ranks after a signal to all", "[ranks][long]") {
   const std::string expected = undisturbed(problem).positions;
   for (const int ranks : {1, 3}) {
     CAPTURE(ranks);

@@ -216,9 +216,8 @@ TEST_CASE("A request for a cell without a file lists the available cells", "[exe
 
 TEST_CASE("A misspelled cell is asked about, but not one that HemoCell has", "[species]") {
   const SampleCase folder("<packing><species name=\"RCB\"/></packing>");
-  CHECK_THAT(
-      refused(folder.path(), "config.xml --hematocrit 0.2").message,
-      Contains("config.xml: how many 'RCB'? Did you mean 'RBC'? Otherwise give it a count or a ratio"));
+  CHECK_THAT(refused(folder.path(), "config.xml --hematocrit 0.2").message,
+             Contains("config.xml: how many 'RCB' (did you mean 'RBC'?)? Give it a count or a ratio"));
   const SampleCase counted("<packing><species name=\"RCB\" count=\"2\"/></packing>");
   CHECK_THAT(refused(counted.path(), "config.xml").message,
              Contains("RCB.xml: no such file") && Contains("the cell 'RCB' (did you mean 'RBC'?)"));

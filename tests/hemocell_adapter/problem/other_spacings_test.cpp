@@ -56,7 +56,7 @@ Ran checkedAt(double dx, const Sized& one, const fs::path& posFiles) {
 
 }  // namespace
 
-TEST_CASE("Cells are kept at every spacing, in each kind of lumen", "[executable][alsodx]") {
+TEST_CASE("Cells are kept at every spacing, in each kind of lumen", "[executable][alsodx][long]") {
   for (const Sized& one : cases)
     for (const char* seed : {"1", "2"}) {
       CAPTURE(one.name, seed);

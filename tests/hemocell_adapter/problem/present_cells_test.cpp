@@ -58,12 +58,10 @@ TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[e
   const auto cells = [](const std::string& text) {
     return [=](const fs::path& in) { writeText(in / "WBC.pos", text); };
   };
-  requireRefused(
-      folder,
-      {{asked + "WBC.pos", 2, "cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap",
-        cells("2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n")},
-       {asked + "WBC.pos", 2, "cell 1 of 'WBC' is fixed, but", cells("1\n12 1 7 0 0 0\n")},
-       {asked + "none.pos", 2, "none.pos: no such file"}});
+  requireRefused(folder, {{asked + "WBC.pos", 2, "cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap",
+                           cells("2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n")},
+                          {asked + "WBC.pos", 2, "cell 1 of 'WBC' is fixed, but", cells("1\n12 1 7 0 0 0\n")},
+                          {asked + "none.pos", 2, "none.pos: no such file"}});
 }
 
 TEST_CASE("Cells beyond the number that a file announces are ignored, as by HemoCell", "[executable]") {

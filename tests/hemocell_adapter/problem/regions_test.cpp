@@ -129,7 +129,7 @@ const std::string upperBranch = "<beyond point=\"18 15 5\" direction=\"1 0 0\"/>
 
 }  // namespace
 
-TEST_CASE("A branch holds as many red cells as are requested, whatever the seed", "[executable]") {
+TEST_CASE("A branch holds as many red cells as are requested, whatever the seed", "[executable][long]") {
   const TemporaryFolder folder;
   using Counts = std::pair<int, int>;
   for (const std::string seed : {"1", "2", "3", "4"}) {
@@ -160,7 +160,7 @@ TEST_CASE("A branch is named by a half-space, too", "[executable]") {
   for (const PosLine& line : lines) CHECK(line.position.y() >= 11.0);
 }
 
-TEST_CASE("The number of red cells of a region is that of all their kinds", "[executable]") {
+TEST_CASE("The number of red cells of a region is that of all their kinds", "[executable][long]") {
   SampleCase folder;
   writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
   const std::string half = "<halfSpace point=\"12 8 8\" normal=\"1 0 0\"/>";

@@ -80,7 +80,7 @@ TEST_CASE("Cells that need not deform are those of a packing without --soft", "[
 }
 
 TEST_CASE("Cells are soft where undeformed ones are found in a short search, but not with clearances",
-          "[executable]") {
+          "[executable][long]") {
   const TemporaryFolder folder;
   CHECK_THAT(ok(folder,
                 "--cylinder x 8 31.5 --ends periodic --hematocrit 0.45 --plt_ratio 0.25 --profile developed "
@@ -89,7 +89,8 @@ TEST_CASE("Cells are soft where undeformed ones are found in a short search, but
              Contains("Deformed cells: 44"));
 }
 
-TEST_CASE("A packing of undeformed cells that is continued with --soft ends with soft ones", "[executable]") {
+TEST_CASE("A packing of undeformed cells that is continued with --soft ends with soft ones",
+          "[executable][long]") {
   const TemporaryFolder folder;
   const Ran rigid = run(folder.path(), "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
   REQUIRE(rigid.exitCode == 3);
@@ -98,7 +99,7 @@ TEST_CASE("A packing of undeformed cells that is continued with --soft ends with
 }
 
 TEST_CASE("Soft cells that cannot be packed within the limits are refused, and it is said why",
-          "[executable]") {
+          "[executable][long]") {
   const TemporaryFolder folder;
   CHECK_THAT(failed(folder, dense + "--max-force 0.05 --max-iterations 400", 3).err,
              Contains("the largest force on a vertex was") && Contains("0.05 pN are allowed (--max-force)"));
@@ -116,7 +117,7 @@ TEST_CASE("Soft cells that cannot be packed within the limits are refused, and i
 }
 
 TEST_CASE("With best effort, soft cells that find no room are left out, and it is said how many",
-          "[executable]") {
+          "[executable][long]") {
   const TemporaryFolder folder;
   const std::string asked = "10 10 10 --ends periodic --rbc 12 --soft --best-effort --max-iterations 100 ";
   const Ran ran = ok(folder, asked + "--state s.h5 --report r.json");
@@ -140,7 +141,7 @@ TEST_CASE("With best effort, soft cells that find no room are left out, and it i
   CHECK_THAT(limited.err, Contains("the largest force on a vertex was") && Contains("writing that one"));
 }
 
-TEST_CASE("With best effort, undeformed cells are packed where no soft ones can be", "[executable]") {
+TEST_CASE("With best effort, undeformed cells are packed where no soft ones can be", "[executable][long]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder, dense + "--best-effort --max-force 1e-6 --max-iterations 100 --report r.json");
   CHECK_THAT(ran.err, Contains("1e-06 pN are allowed") &&
@@ -181,7 +182,8 @@ TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed
   CHECK_THAT(run(folder.path(), dense + "--soft=maybe").err, Contains("expected true, false or auto"));
 }
 
-TEST_CASE("A signal and the time limit end packing soft cells, and a restart continues", "[executable]") {
+TEST_CASE("A signal and the time limit end packing soft cells, and a restart continues",
+          "[executable][long]") {
   const TemporaryFolder folder, scripts;
   // The signal comes when cells are soft, as the first line of progress of that stage says.
   writeText(scripts.path() / "end.py", R"(import signal, subprocess, sys
@@ -210,7 +212,7 @@ sys.exit(run.wait())
 }
 
 TEST_CASE("Soft cells that ended at limits continue on any number of ranks to the same state",
-          "[executable][mpi]") {
+          "[executable][mpi][long]") {
   // The limit holds for the undeformed cells with which packing begins, too.
   const auto packed = [](const std::vector<std::pair<int, int>>& limitsAndRanks) {
     const TemporaryFolder folder;
@@ -318,7 +320,7 @@ TEST_CASE("Soft cells begin where those of --start and --blood are", "[executabl
 }
 
 TEST_CASE("Layers without cells are kept by soft cells; what is in regions and layers of a profile is said",
-          "[executable]") {
+          "[executable][long]") {
   const TemporaryFolder folder;
   const std::string tube = "--cylinder x 4 24 --ends periodic --hematocrit 0.45 --soft --state s.h5 ";
   CHECK_THAT(ok(folder, tube + "--cell-free-layer 0.6").out,

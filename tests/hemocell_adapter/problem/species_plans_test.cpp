@@ -67,6 +67,11 @@ TEST_CASE("A red species of <packing> stays one of them when an option says more
     CHECK(chosen.hematocrit == 0.3);
     CHECK_FALSE(chosen.species.front().count);
   }
+  section.RootElement()->FirstChildElement("species")->SetAttribute("name", "RCB");
+  const Request misspelled = readPackingSection(*section.RootElement(), "config.xml");
+  std::vector<std::string> told;
+  CHECK_THROWS_WITH(chooseSpecies(misspelled, nullptr, told),
+                    Contains("for every red cell (did you mean 'RBC'?); remove one of them"));
 }
 
 TEST_CASE("The request from which species are chosen is as it was", "[species]") {

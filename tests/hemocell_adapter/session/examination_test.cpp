@@ -126,7 +126,7 @@ TEST_CASE("Closed ends are advised only where they help", "[executable][examinat
       Contains("HemoCell would keep") && Contains("packmesh::loadParticles") && !Contains("--ends closed"));
 }
 
-TEST_CASE("Cells that stay near the wall cause a warning", "[executable][examination]") {
+TEST_CASE("Cells that stay near the wall cause a warning", "[executable][examination][long]") {
   const TemporaryFolder folder;
   // Only platelets fit beside them.
   const std::string lumen = "--cylinder x 8 25.5 --ends periodic ";

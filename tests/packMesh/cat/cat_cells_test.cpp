@@ -450,7 +450,7 @@ TEST_CASE("CAT cells share their faces, and every part of the container's surfac
   }
 }
 
-TEST_CASE("Every point of the container is in exactly one CAT cell", "[cat]") {
+TEST_CASE("Every point of the container is in exactly one CAT cell", "[cat][long]") {
   std::mt19937 random(17);
   for (const auto& [name, scene] : scenes()) {
     const Tetrahedra t = tetrahedralise(scene.input);

@@ -172,7 +172,7 @@ TEST_CASE("Holes are empty, disjoint and sorted by size") {
   }
 }
 
-TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up") {
+TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up", "[long]") {
   EscapeScene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
                 makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
   for (const double x : {2.0, 6.0})
@@ -218,7 +218,7 @@ TEST_CASE("Parts of the container have the holes that the whole has there") {
     }));
 }
 
-TEST_CASE("Escapes in several blocks gain coverage in every phase and share the reserve") {
+TEST_CASE("Escapes in several blocks gain coverage in every phase and share the reserve", "[long]") {
   test::LongBox box;
   const std::size_t before = box.state.size();
   std::vector<Body> state = box.state;

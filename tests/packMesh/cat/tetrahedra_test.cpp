@@ -263,7 +263,7 @@ TEST_CASE("Tetrahedra fill the space between objects and container", "[tetrahedr
 }
 
 TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points have the label of their surface",
-          "[tetrahedra]") {
+          "[tetrahedra][long]") {
   for (const auto& [name, scene] : walledScenes()) {
     INFO(name);
     const Tetrahedra t = tetrahedralise(scene.input);
@@ -383,7 +383,7 @@ TEST_CASE("Triangles that are not faces of tetrahedra are found", "[tetrahedra]"
   CHECK(missingTriangles({}, two, 5).empty());
 }
 
-TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra]") {
+TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra][long]") {
   for (CatScene scene :
        {mixture(), redCellsInSphere(4, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.3), 1, 0.85)}) {
     const Tetrahedra before = tetrahedralise(scene.input);

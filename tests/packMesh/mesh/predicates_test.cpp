@@ -247,7 +247,8 @@ TEST_CASE("turn agrees with integer arithmetic around a line, bit by bit", "[exa
   REQUIRE(turn({0, 0}, {1, 0}, {0, 1}) == 1);
 }
 
-TEST_CASE("sideOfPlane and turn agree with GMP in and near planes and lines, at all magnitudes", "[exact]") {
+TEST_CASE("sideOfPlane and turn agree with GMP in and near planes and lines, at all magnitudes",
+          "[exact][long]") {
   compareWithRationals(1);
 }
 

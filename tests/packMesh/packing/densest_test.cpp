@@ -60,7 +60,7 @@ PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, doub
 
 }  // namespace
 
-TEST_CASE("A larger request gives no less in the same time", "[densest]") {
+TEST_CASE("A larger request gives no less in the same time", "[densest][long]") {
   const auto lumen = periodicCube(20.0);
   const double seconds = GENERATE(5.0, 15.0);
   CAPTURE(seconds);
@@ -93,7 +93,7 @@ TEST_CASE("Cells that take long are packed as without a time limit", "[densest]"
   REQUIRE(test::sameBits(limited, free));
 }
 
-TEST_CASE("A larger request gives the same densest packing", "[densest]") {
+TEST_CASE("A larger request gives the same densest packing", "[densest][long]") {
   std::vector<PackingResult> results;
   for (const double fraction : {0.66, 0.9}) {
     results.push_back(pack(redCellProblem(periodicCube(16.0), fraction)));
@@ -120,7 +120,7 @@ TEST_CASE("The densest packing beside a thick wall layer is found", "[densest]")
   CHECK(attempt(more).outcome == Outcome::certified);
 }
 
-TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
+TEST_CASE("Fewer cells keep the shares of their species", "[densest][long]") {
   const PackingProblem problem = mixtureIn(periodicCube(16.0), 0.75, 4);
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
@@ -131,7 +131,8 @@ TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
                    share * static_cast<double>(problem.physics.species[1].count)) <= 1.0);
 }
 
-TEST_CASE("The densest packing of deformed cells has about as many as one of others", "[densest][shapes]") {
+TEST_CASE("The densest packing of deformed cells has about as many as one of others",
+          "[densest][shapes][long]") {
   constexpr double edge = 5.0;
   const test::ShapePointer platelet = test::hemocellShape("PLT");
   PackingProblem problem;

@@ -299,7 +299,7 @@ TEST_CASE("Problems are distinguished by everything that determines the packing 
   }));
 }
 
-TEST_CASE("A run continued from any readable state ends with a certificate") {
+TEST_CASE("A run continued from any readable state ends with a certificate", "[long]") {
   const bool growing = GENERATE(false, true);
   PackingProblem problem = mixtureIn(test::periodicCube(growing ? 14.0 : 20.0), growing ? 0.3 : 0.5, 3);
 #if PACKMESH_CAT
