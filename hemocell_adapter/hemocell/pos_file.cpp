@@ -42,10 +42,10 @@ Placement placementOf(const PosLine& line) {
   const double sb = std::sin(angle.y()), cb = std::cos(angle.y());
   const double sc = std::sin(angle.z()), cc = std::cos(angle.z());
   Placement placement;
-  // Rz(c)·Ry(b)·Rx(a), written out.
-  placement.linear << cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa,  //
-      sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa,                  //
-      -sb, cb * sa, cb * ca;
+  // Rz(c)·Ry(b)·Rx(a), written out by columns.
+  placement.linear = Mat3({cc * cb, sc * cb, -sb},                                    //
+                          {cc * sb * sa - sc * ca, sc * sb * sa + cc * ca, cb * sa},  //
+                          {cc * sb * ca + sc * sa, sc * sb * ca - cc * sa, cb * ca});
   placement.translation = line.position;
   return placement;
 }

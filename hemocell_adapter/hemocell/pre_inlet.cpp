@@ -199,7 +199,7 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (const int k : {u, v})
     inlet.reachesBorder = inlet.reachesBorder || section.lo[k] == 0 || section.hi[k] == all.nodes()[k] - 1;
-  std::vector<Eigen::Vector2d> fluid;  // nodes of one plane, in the coordinate system of the inlet
+  std::vector<Vec2> fluid;  // nodes of one plane, in the coordinate system of the inlet
   for (int k = 0; k < nodes[2]; ++k)
     for (int j = 0; j < nodes[1]; ++j)
       for (int i = 0; i < nodes[0]; ++i) {
@@ -211,9 +211,9 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
         if (isFluid && to[axis] == 0) fluid.emplace_back(to[u] * all.dx(), to[v] * all.dx());
       }
   const Box kept = inlet.lattice.keptRegion();
-  const Eigen::Vector2d corner(lo[u] * all.dx(), lo[v] * all.dx());
+  const Vec2 corner(lo[u] * all.dx(), lo[v] * all.dx());
   for (Polygon& loop : loopsOf(outlineAt(vessel.surface, axis, cutAt(vessel.surface, axis, flags, all)))) {
-    for (Eigen::Vector2d& p : loop) p -= corner;
+    for (Vec2& p : loop) p -= corner;
     if (std::none_of(fluid.begin(), fluid.end(), [&](const auto& p) { return contains(loop, p); })) continue;
     const TriangleMesh prism = prismOver(loop, axis, kept.lo[axis], kept.hi[axis]);
     const int first = static_cast<int>(inlet.surface.vertices.size());

@@ -119,7 +119,7 @@ Quaternion turnBetween(const Vec3& from, const Vec3& to, std::optional<int> axis
   if (!(from.norm() > 0.0 && to.norm() > 0.0)) return Quaternion::Identity();
   if (!axis) return Quaternion::FromTwoVectors(from, to);
   const auto angle = [&](const Vec3& v) { return std::atan2(v[(*axis + 2) % 3], v[(*axis + 1) % 3]); };
-  return Quaternion(Eigen::AngleAxisd(angle(to) - angle(from), Vec3::Unit(*axis)));
+  return Quaternion::around(Vec3::Unit(*axis), angle(to) - angle(from));
 }
 
 /// Numbers of the copies that are where cells can be: those that meet none before them, and the others.

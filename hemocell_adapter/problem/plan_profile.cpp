@@ -20,6 +20,7 @@
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
+#include "packMesh/packing/state_file.h"
 #include "packMesh/placement/placement.h"
 #include "packMesh/shape/surface_distance.h"
 

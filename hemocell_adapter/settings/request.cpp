@@ -14,6 +14,7 @@
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
 namespace {

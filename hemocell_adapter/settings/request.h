@@ -16,7 +16,12 @@
 #include "packMesh/cat/cat_settings.h"
 #include "packMesh/core/vector.h"
 #include "packMesh/mesh/triangle_mesh.h"
-#include "packMesh/packing/state_file.h"
+
+namespace packmesh {
+struct StateCells;
+struct StateTable;
+class Communicator;
+}  // namespace packmesh
 
 namespace packmesh::hemocell {
 

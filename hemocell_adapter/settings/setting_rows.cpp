@@ -10,6 +10,7 @@
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
+#include "packMesh/packing/state_file.h"
 #include "packMesh/problem/execution.h"
 
 namespace packmesh::hemocell {

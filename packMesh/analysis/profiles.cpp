@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/analysis/profiles.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -312,12 +311,11 @@ class ProfileMeasuring {
     order.cells = ranks_.sum(order.cells);
     if (order.cells == 0) return order;
     const auto mean = [&](int k) { return cosineStep * double(sums[k]) / double(order.cells); };
-    Mat3 moments;
-    moments << mean(0), mean(3), mean(4), mean(3), mean(1), mean(5), mean(4), mean(5), mean(2);
+    const Mat3 moments({mean(0), mean(3), mean(4)}, {mean(3), mean(1), mean(5)}, {mean(4), mean(5), mean(2)});
     order.tensor = 1.5 * moments - 0.5 * Mat3::Identity();
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(order.tensor);
-    order.eigenvalues = solver.eigenvalues().reverse();
-    order.director = solver.eigenvectors().col(2);
+    const auto [values, vectors] = principalAxes(order.tensor);
+    order.eigenvalues = {values[2], values[1], values[0]};
+    order.director = vectors.col(2);
     int largest = 0;
     order.director.cwiseAbs().maxCoeff(&largest);
     if (order.director[largest] < 0.0) order.director = -order.director;

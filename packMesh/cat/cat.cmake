@@ -6,7 +6,7 @@ set_source_files_properties(cat/levels_of_detail.cpp PROPERTIES
   COMPILE_OPTIONS $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 
 # TetGen in a program of its own, which the library starts (cat/tetgen_run.h).
-add_executable(packmesh_tetgen cat/main.cpp cat/tetgen_data.cpp)
+add_executable(packmesh_tetgen cat/main.cpp cat/tetgen_data.cpp core/vector.cpp)
 set_target_properties(packmesh_tetgen PROPERTIES OUTPUT_NAME packmesh-tetgen
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/libexec/packmesh)
 target_compile_features(packmesh_tetgen PRIVATE cxx_std_17)

@@ -204,7 +204,7 @@ void ChordPlanes::meetWall(const Cell& a) const {
   const SamplePoints& points = surface.points[a.level];
   for (int cluster = 0; cluster < points.clusters; ++cluster) {
     const Vec3 center(points.centerX[cluster], points.centerY[cluster], points.centerZ[cluster]);
-    if (!near(a.position + a.scale * (a.rotation * center), a.scale * points.radius[cluster])) continue;
+    if (!near(a.position + a.scale * a.rotation * center, a.scale * points.radius[cluster])) continue;
     for (int i = cluster * SamplePoints::width; i < (cluster + 1) * SamplePoints::width; ++i) {
       if (repeated(points, i)) continue;
       const Vec3 arm = a.rotation * pointOf(points, i), p = a.position + a.scale * arm;

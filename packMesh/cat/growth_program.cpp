@@ -92,6 +92,12 @@ namespace {
 /// π/12.
 constexpr double secondOrder = 1.3;
 
+/// The seven variables.
+LinearProgram::Vector variables(double scale, const Vec3& r, const Vec3& t) {
+  const double all[] = {scale, r.x(), r.y(), r.z(), t.x(), t.y(), t.z()};
+  return LinearProgram::Vector(all);
+}
+
 /// Rotation by `r` as in GrowthStep.
 Quaternion quaternionOf(const Vec3& r) {
   return Quaternion(1.0, 0.5 * r.x(), 0.5 * r.y(), 0.5 * r.z()).normalized();
@@ -149,18 +155,19 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
                program_.room(count).data());
   program_.grow(count);
   if (bounds.cone) addCone(*bounds.cone, rotation);
-  program_.objective << 1.0, bounds.turn, bounds.push;
-  program_.lower << 0.0, Vec3::Constant(-bounds.rotation) - step.rotation,
-      Vec3::Constant(-bounds.translation);
-  program_.upper << (atBarrier ? bounds.margin : bounds.scale),
-      Vec3::Constant(bounds.rotation) - step.rotation, Vec3::Constant(bounds.translation);
+  program_.objective = variables(1.0, bounds.turn, bounds.push);
+  program_.lower =
+      variables(0.0, Vec3::Constant(-bounds.rotation) - step.rotation, Vec3::Constant(-bounds.translation));
+  program_.upper =
+      variables(atBarrier ? bounds.margin : bounds.scale, Vec3::Constant(bounds.rotation) - step.rotation,
+                Vec3::Constant(bounds.translation));
   const LinearProgram::Solution solution = program_.solve();
   pivots_ += solution.pivots;
   if (solution.status != LinearProgram::Status::optimal) return false;
   const LinearProgram::Vector x = solution.x.cwiseMax(program_.lower).cwiseMin(program_.upper);
   if (!atBarrier) step.scale = x[0];
-  if (bounds.rotation > 0.0) step.rotation = vectorOf(quaternionOf(x.segment<3>(1)) * turned);
-  step.translation = x.segment<3>(4);
+  if (bounds.rotation > 0.0) step.rotation = vectorOf(quaternionOf(x.head<4>().tail<3>()) * turned);
+  step.translation = x.tail<3>();
   return true;
 }
 
@@ -170,14 +177,10 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
 void GrowthProgram::addCone(const AxisCone& cone, const Mat3& rotation) {
   const Vec3 a = rotation * axis_;
   const Vec3 c = a.dot(cone.axis) < 0.0 ? Vec3(-cone.axis) : cone.axis;
-  LinearProgram::Vector row = LinearProgram::Vector::Zero();
-  row.segment<3>(1) = -a.cross(c);
-  program_.addRow(row, std::max(0.0, a.dot(c) - std::cos(cone.spread)));
+  program_.addRow(variables(0.0, -a.cross(c), Vec3::Zero()), std::max(0.0, a.dot(c) - std::cos(cone.spread)));
   const Vec3 u = a.unitOrthogonal(), v = a.cross(u);
-  for (const Vec3& across : {u, Vec3(-u), v, Vec3(-v)}) {
-    row.segment<3>(1) = across;
-    program_.addRow(row, 2.0 * cone.spread);
-  }
+  for (const Vec3& across : {u, -u, v, -v})
+    program_.addRow(variables(0.0, across, Vec3::Zero()), 2.0 * cone.spread);
 }
 
 GrowthStep GrowthProgram::solve(const Pose& pose, const CellPlanes& planes, const GrowthBounds& bounds) {

@@ -3,7 +3,6 @@
 /// variables.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <vector>
@@ -26,7 +25,7 @@ namespace packmesh {
 class LinearProgram {
  public:
   static constexpr int size = LinearProgramView::size;  ///< variables
-  using Vector = Eigen::Matrix<double, size, 1>;
+  using Vector = Vec<double, size>;
 
   using Status = LinearProgramStatus;
   struct Solution {

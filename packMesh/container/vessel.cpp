@@ -18,28 +18,27 @@
 namespace packmesh {
 namespace {
 
-using Segment = std::array<Eigen::Vector2d, 2>;
+using Segment = std::array<Vec2, 2>;
 
-double distanceToSegment(const Eigen::Vector2d& p, const Segment& s) {
-  const Eigen::Vector2d along = s[1] - s[0];
+double distanceToSegment(const Vec2& p, const Segment& s) {
+  const Vec2 along = s[1] - s[0];
   const double squared = along.squaredNorm();
   const double t = squared > 0.0 ? std::clamp((p - s[0]).dot(along) / squared, 0.0, 1.0) : 0.0;
   return (s[0] + t * along - p).norm();
 }
 
 /// The point of `from` furthest from `to`, and its distance.
-std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
-                                            const std::vector<Segment>& to) {
+std::pair<double, Vec2> furthest(const std::vector<Segment>& from, const std::vector<Segment>& to) {
   TriangleMesh segments;  // for the search: their boxes are those of triangles with two equal corners
   for (const Segment& t : to) {
     const int n = static_cast<int>(segments.vertices.size());
-    for (const Eigen::Vector2d& p : t) segments.vertices.emplace_back(p.x(), p.y(), 0.0);
+    for (const Vec2& p : t) segments.vertices.emplace_back(p.x(), p.y(), 0.0);
     segments.triangles.push_back({n, n + 1, n + 1});
   }
   const TriangleTree tree(segments);
-  std::pair<double, Eigen::Vector2d> worst(0.0, Eigen::Vector2d::Zero());
+  std::pair<double, Vec2> worst(0.0, Vec2::Zero());
   for (const Segment& s : from)
-    for (const Eigen::Vector2d& p : {s[0], Eigen::Vector2d(0.5 * (s[0] + s[1])), s[1]}) {
+    for (const Vec2& p : {s[0], Vec2(0.5 * (s[0] + s[1])), s[1]}) {
       double nearest = std::numeric_limits<double>::infinity();
       tree.visitNearer({p.x(), p.y(), 0.0}, nearest, [&](int t) {
         nearest = std::min(nearest, distanceToSegment(p, to[t]));
@@ -138,7 +137,7 @@ std::vector<Segment> outlineAt(const TriangleMesh& mesh, int axis, double x) {
   std::vector<Segment> outline;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    Eigen::Vector2d ends[2];
+    Vec2 ends[2];
     int found = 0;
     for (int k = 0; k < 3; ++k) {
       // Both triangles at an edge compute the same point, from the same vertices in the same order.
@@ -162,10 +161,13 @@ void requireSameOutlines(const TriangleMesh& closed, int axis, double lo, double
       std::string(" (") + axisName[axis] + " = " + toText(lo) + " and " + toText(hi) + " µm)";
   if (low.empty() || high.empty())
     throw MeshError("a periodic vessel must extend to both of its ends" + where + ", but its mesh does not");
-  Eigen::AlignedBox2d box;
+  Vec2 least = Vec2::Constant(std::numeric_limits<double>::infinity()), most = -least;
   for (const std::vector<Segment>* outline : {&low, &high})
-    for (const Segment& s : *outline) box.extend(s[0]).extend(s[1]);
-  const double allowed = tolerance::sameOutlineFraction * box.sizes().norm();
+    for (const Segment& s : *outline) {
+      least = least.cwiseMin(s[0]).cwiseMin(s[1]);
+      most = most.cwiseMax(s[0]).cwiseMax(s[1]);
+    }
+  const double allowed = tolerance::sameOutlineFraction * (most - least).norm();
   for (int side = 0; side < 2; ++side) {
     const auto [distance, at] = side == 0 ? furthest(low, high) : furthest(high, low);
     if (distance > allowed)

@@ -41,7 +41,7 @@ OpenedVessel openVessel(const TriangleMesh& surface, int axis);
 
 /// Intersection of `mesh` with the plane coordinate[axis] = x: pairs of end points of segments; adjacent
 /// segments of a closed mesh share end points to the bit.
-std::vector<std::array<Eigen::Vector2d, 2>> outlineAt(const TriangleMesh& mesh, int axis, double x);
+std::vector<std::array<Vec2, 2>> outlineAt(const TriangleMesh& mesh, int axis, double x);
 
 /// @throws MeshError unless the outlines of `closed` at lo and hi agree to a thousandth of their size.
 void requireSameOutlines(const TriangleMesh& closed, int axis, double lo, double hi);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/core/pose.h"
 
+#include <Eigen/Geometry>
+
 namespace packmesh {
 
 Pose bestPose(const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
@@ -10,7 +12,7 @@ Pose bestPose(const std::vector<Vec3>& from, const std::vector<Vec3>& to) {
   const Eigen::Matrix4d best = Eigen::umeyama(matrix(from), matrix(to), false);
   Pose pose;
   pose.orientation = Quaternion(Mat3(best.topLeftCorner<3, 3>())).normalized();
-  pose.position = best.topRightCorner<3, 1>();
+  pose.position = Vec3(best.col(3).data());
   return pose;
 }
 

@@ -3,7 +3,6 @@
 /// that is output.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <vector>
 
 #include "packMesh/core/vector.h"

@@ -374,7 +374,7 @@ class RoughSampler {
   void learn(int i, int j, int k, std::ptrdiff_t from) {
     const std::ptrdiff_t node = indexOf(i, j, k);
     if (!std::isfinite(grid_.value[node + from])) return;
-    const Eigen::Vector3f p(float(at(0, i)), float(at(1, j)), float(at(2, k)));
+    const Vec3f p(float(at(0, i)), float(at(1, j)), float(at(2, k)));
     const float squared = (nearest_[node + from].point - p).squaredNorm();
     if (squared >= grid_.value[node]) return;
     grid_.value[node] = squared;
@@ -383,7 +383,7 @@ class RoughSampler {
 
   /// A point of the surface, and its triangle.
   struct Nearest {
-    Eigen::Vector3f point;
+    Vec3f point;
     int triangle;
   };
 

@@ -84,7 +84,7 @@ struct SampledDistance::Place {
       : cell(cellOf(field, p)), at(interpolated(field, cell)) {}
 
   double distance(double spacing) const {
-    return spacing / BrickView::stepsPerSpacing * at.value - spacing * cell.beyond.lpNorm<1>();
+    return spacing / BrickView::stepsPerSpacing * at.value - spacing * cell.beyond.cwiseAbs().sum();
   }
 
  private:

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_tree.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -152,8 +151,8 @@ class TreeBuilder {
     mean /= patch.size();
     Mat3 covariance = Mat3::Zero();
     for (int i = patch.begin; i < patch.end; ++i)
-      covariance += (centroid_[order_[i]] - mean) * (centroid_[order_[i]] - mean).transpose();
-    return Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
+      covariance += Mat3::outerProduct(centroid_[order_[i]] - mean, centroid_[order_[i]] - mean);
+    return principalAxes(covariance).vectors.col(2);
   }
 
   /// @param steps towards the smallest circle
@@ -169,8 +168,8 @@ class TreeBuilder {
       normal = facing.normalized();
     } else {
       Mat3 covariance = Mat3::Zero();
-      forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
-      const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
+      forEachCorner(patch, [&](const Vec3& v) { covariance += Mat3::outerProduct(v - mean, v - mean); });
+      const Vec3 thin = principalAxes(covariance).vectors.col(0);
       const Vec3 even = facing.norm() > 0.5 ? Vec3(facing.normalized()) : thin;
       normal = thickness(patch, even) < thickness(patch, thin) ? even : thin;
     }
@@ -285,14 +284,20 @@ void MeshTree::measure() {
     for (int v : t) radius = std::max(radius, (vertex[v] - center).norm());
   spread = flattest * radius * radius * Mat3::Identity();
   const std::vector<Vec3>& points = hull.points().empty() ? vertex : hull.points();
-  for (const Vec3& v : points) spread += (v - center) * (v - center).transpose() / points.size();
+  for (const Vec3& v : points) spread += Mat3::outerProduct(v - center, v - center) / double(points.size());
   volume = std::abs(signedVolume(*mesh));
   centroid = volumeCentroid(*mesh, center);
   if (samples.empty()) samples = componentSamples(*mesh);
 }
 
 double largestStretch(const Mat3& linear) {
-  return std::sqrt((linear.transpose() * linear).cwiseAbs().rowwise().sum().maxCoeff());
+  const Mat3 squares = (linear.transpose() * linear).cwiseAbs();
+  double largest = 0.0;  // sum of a row, which is a column
+  for (int k = 0; k < 3; ++k) {
+    const Vec3& v = squares.col(k);
+    largest = std::max(largest, v.x() + (v.y() + v.z()));
+  }
+  return std::sqrt(largest);
 }
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.size()) {

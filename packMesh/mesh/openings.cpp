@@ -14,15 +14,14 @@
 namespace packmesh {
 namespace {
 
-using Vector2 = Eigen::Vector2d;
 using Key = std::pair<double, double>;
 
-Key keyOf(const Vector2& p) {
+Key keyOf(const Vec2& p) {
   return {p.x(), p.y()};
 }
 
 /// True if p is inside or on the border of a counter-clockwise triangle.
-bool inTriangle(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& p) {
+bool inTriangle(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& p) {
   return turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
 }
 
@@ -31,17 +30,17 @@ bool inTriangle(const Vector2& a, const Vector2& b, const Vector2& c, const Vect
 double twiceArea(const Polygon& polygon) {
   double sum = 0.0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const Vec2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     sum += (a.x() - polygon[0].x()) * (b.y() - polygon[0].y()) -
            (a.y() - polygon[0].y()) * (b.x() - polygon[0].x());
   }
   return sum;
 }
 
-bool contains(const Polygon& polygon, const Vector2& point) {
+bool contains(const Polygon& polygon, const Vec2& point) {
   bool inside = false;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2 *a = &polygon[i], *b = &polygon[(i + 1) % polygon.size()];
+    const Vec2 *a = &polygon[i], *b = &polygon[(i + 1) % polygon.size()];
     if ((a->y() <= point.y()) == (b->y() <= point.y())) continue;
     if (a->y() > b->y()) std::swap(a, b);
     if (turn(*a, *b, point) > 0) inside = !inside;
@@ -49,19 +48,19 @@ bool contains(const Polygon& polygon, const Vector2& point) {
   return inside;
 }
 
-std::vector<Polygon> loopsOf(const std::vector<std::array<Vector2, 2>>& segments) {
+std::vector<Polygon> loopsOf(const std::vector<std::array<Vec2, 2>>& segments) {
   std::map<Key, std::vector<std::size_t>> at;
   std::vector<char> used(segments.size(), 0);
   for (std::size_t s = 0; s < segments.size(); ++s) {
     used[s] = segments[s][0] == segments[s][1];
     if (used[s]) continue;
-    for (const Vector2& end : segments[s]) at[keyOf(end)].push_back(s);
+    for (const Vec2& end : segments[s]) at[keyOf(end)].push_back(s);
   }
   std::vector<Polygon> loops;
   for (std::size_t first = 0; first < segments.size(); ++first) {
     if (used[first]) continue;
     Polygon loop;
-    Vector2 end = segments[first][0];
+    Vec2 end = segments[first][0];
     std::size_t s = first;
     while (!used[s]) {
       used[s] = 1;
@@ -115,7 +114,7 @@ TriangleMesh prismOver(const Polygon& polygon, int axis, double lo, double hi) {
   TriangleMesh prism;
   const int n = static_cast<int>(polygon.size()), u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (const double end : {lo, hi})
-    for (const Vector2& p : polygon) {
+    for (const Vec2& p : polygon) {
       Vec3 vertex;
       vertex[axis] = end;
       vertex[u] = p.x();
@@ -224,7 +223,7 @@ std::string faultOf(const TriangleMesh& mesh, const Outline& o, double size, dou
 }
 
 /// Whether all triangles from `center` to the edges of a counter-clockwise polygon are counter-clockwise.
-bool isStarShaped(const Polygon& polygon, const Eigen::Vector2d& center) {
+bool isStarShaped(const Polygon& polygon, const Vec2& center) {
   for (std::size_t i = 0; i < polygon.size(); ++i)
     if (turn(center, polygon[i], polygon[(i + 1) % polygon.size()]) <= 0) return false;
   return true;

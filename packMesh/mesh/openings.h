@@ -11,16 +11,16 @@
 
 namespace packmesh {
 
-using Polygon = std::vector<Eigen::Vector2d>;  ///< simple, closed, without repeating its first point
+using Polygon = std::vector<Vec2>;  ///< simple, closed, without repeating its first point
 
 /// The closed loops formed by segments with common end points, each counter-clockwise.
 /// @throws MeshError if there are none, or one lies within another
-std::vector<Polygon> loopsOf(const std::vector<std::array<Eigen::Vector2d, 2>>& segments);
+std::vector<Polygon> loopsOf(const std::vector<std::array<Vec2, 2>>& segments);
 
 /// Twice the signed area, positive if counter-clockwise.
 double twiceArea(const Polygon& polygon);
 
-bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
+bool contains(const Polygon& polygon, const Vec2& point);
 
 /// Triangulates a simple polygon without new points, by ear clipping (exact predicates). Pre: simple. @throws
 /// MeshError if there is no ear: the polygon is clockwise or intersects itself

@@ -63,7 +63,7 @@ inline int sideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& 
 }
 
 /// Exact sign of the turn a -> b -> p in the plane: +1 left (counter-clockwise), -1 right, 0 collinear.
-inline int turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
+inline int turn(const Vec2& a, const Vec2& b, const Vec2& p) {
   const double left = (a[0] - p[0]) * (b[1] - p[1]), right = (a[1] - p[1]) * (b[0] - p[0]);
   const double determinant = left - right;
   const double permanent = std::abs(left) + std::abs(right);
@@ -74,7 +74,7 @@ inline int turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen:
 
 /// Exact turn of a, b, c projected along axis `drop`.
 inline int turnSeen(int drop, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const auto seen = [&](const Vec3& p) { return Eigen::Vector2d(p[(drop + 1) % 3], p[(drop + 2) % 3]); };
+  const auto seen = [&](const Vec3& p) { return Vec2(p[(drop + 1) % 3], p[(drop + 2) % 3]); };
   return turn(seen(a), seen(b), seen(c));
 }
 

@@ -12,8 +12,6 @@ namespace packmesh {
 
 namespace {
 
-using Vec2 = Eigen::Vector2d;
-
 /// Drops one coordinate: exact, and one-to-one on every plane not parallel to that axis.
 Vec2 project(const Vec3& p, int axis) {
   return {p[(axis + 1) % 3], p[(axis + 2) % 3]};

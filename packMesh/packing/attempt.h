@@ -18,6 +18,7 @@
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/repairs.h"
 #include "packMesh/relaxation/relaxation.h"
+#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 

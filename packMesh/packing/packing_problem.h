@@ -17,8 +17,6 @@
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
-#include "packMesh/relaxation/relaxation.h"
-#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 

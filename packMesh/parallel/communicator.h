@@ -25,8 +25,7 @@ struct Traffic {
   }
 };
 
-/// Whether the bytes of a value are all of it, so that they can be sent: it owns nothing. Eigen's vectors and
-/// matrices of fixed size are so, although their copy constructors are not trivial.
+/// Whether the bytes of a value are all of it, so that they can be sent: it owns nothing.
 template <class T>
 inline constexpr bool isSelfContained = std::is_trivially_destructible_v<T>;
 

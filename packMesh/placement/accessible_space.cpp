@@ -65,7 +65,7 @@ std::vector<Quaternion> spreadOrientations(const std::optional<AxisCone>& cone) 
   for (int i = 0; i < orientationsTried; ++i) {
     const double y = (i + 0.5) / orientationsTried, r = std::sqrt(1.0 - y * y);
     const Vec3 axis(r * std::cos(golden * i), y, r * std::sin(golden * i));
-    const Quaternion turn(Eigen::AngleAxisd(golden * i, Vec3::UnitY()));
+    const Quaternion turn(Quaternion::around(Vec3::UnitY(), golden * i));
     const Quaternion orientation = (Quaternion::FromTwoVectors(Vec3::UnitY(), axis) * turn).normalized();
     orientations.push_back(cone ? cone->nearest(orientation) : orientation);
   }
@@ -73,7 +73,7 @@ std::vector<Quaternion> spreadOrientations(const std::optional<AxisCone>& cone) 
 }
 
 /// The size of the parts of a part, whose edges become as equal as halving can make them.
-Eigen::Vector3f halved(Eigen::Vector3f half) {
+Vec3f halved(Vec3f half) {
   const float longest = half.maxCoeff();
   for (int k = 0; k < 3; ++k)
     if (half[k] > 0.7f * longest) half[k] *= 0.5f;

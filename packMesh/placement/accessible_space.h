@@ -27,7 +27,7 @@ class AccessibleSpace {
   /// A box of the space [µm].
   struct Part {
     Vec3 centre;
-    Eigen::Vector3f half;      ///< of its edges
+    Vec3f half;                ///< of its edges
     std::int16_t orientation;  ///< one in which the cell fits at the centre; negative: any, or not complete()
 
     double volume() const { return 8.0 * half.cast<double>().prod(); }  ///< [µm³]
@@ -50,7 +50,7 @@ class AccessibleSpace {
   const std::vector<Part>& parts() const { return parts_; }
   /// The sizes that parts can have, as Part::half, descending: those of each level of a grid, which begins at
   /// the low corner of the bounds of the lumen, or of the region [µm].
-  const std::vector<Eigen::Vector3f>& levels() const { return levels_; }
+  const std::vector<Vec3f>& levels() const { return levels_; }
   /// Whether cells fit in all parts; false: parts are too coarse to tell, as in very large lumens, and cells
   /// may fit in some of them.
   bool complete() const { return complete_; }
@@ -75,7 +75,7 @@ class AccessibleSpace {
 
   std::unique_ptr<const CellFit> fit_;
   std::vector<Part> parts_;
-  std::vector<Eigen::Vector3f> levels_;
+  std::vector<Vec3f> levels_;
   bool complete_ = true;
   std::vector<double> ends_;  ///< sums of their volumes [µm³]
 };

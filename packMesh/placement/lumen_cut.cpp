@@ -27,7 +27,7 @@ constexpr double nextTo = 1.5;
 class PartGrid {
  public:
   PartGrid(const AccessibleSpace& space, const Vec3& origin) : parts_(space.parts()), origin_(origin) {
-    for (const Eigen::Vector3f& half : space.levels()) levels_.push_back({2.0 * half.cast<double>(), {}});
+    for (const Vec3f& half : space.levels()) levels_.push_back({2.0 * half.cast<double>(), {}});
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       level_.push_back(int(std::find(space.levels().begin(), space.levels().end(), parts_[i].half) -
                            space.levels().begin()));

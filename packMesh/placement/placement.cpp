@@ -58,7 +58,7 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
   const Quaternion tilt =
       Quaternion::FromTwoVectors(Vec3::UnitY(), Vec3(s * std::cos(twoPi * v), c, s * std::sin(twoPi * v)));
   const Quaternion toAxis = Quaternion::FromTwoVectors(Vec3::UnitY(), cone.axis);
-  const Quaternion turn(Eigen::AngleAxisd(twoPi * w, Vec3::UnitY()));
+  const Quaternion turn(Quaternion::around(Vec3::UnitY(), twoPi * w));
   return cone.nearest((toAxis * tilt * turn).normalized());
 }
 
@@ -174,7 +174,6 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
 
 namespace {
 
-using Vec2 = Eigen::Vector2d;
 using Periods = std::array<int, 3>;
 
 /// Columns close after at most this many periods of an edge. In large boxes, where one cell more or less in a
@@ -337,7 +336,7 @@ Pose Columns::pose(std::int64_t cell) const {
   constexpr double twoPi = 6.283185307179586;
   Pose pose;
   pose.orientation = (Quaternion::FromTwoVectors(axis_, u[0] < 0.5 ? along_ : Vec3(-along_)) *
-                      Quaternion(Eigen::AngleAxisd(twoPi * u[1], axis_)))
+                      Quaternion::around(axis_, twoPi * u[1]))
                          .normalized();
   pose.position =
       wrapped(box_.lo + feet_[column] + height * along_ - pose.orientation * middle_, box_, box_.size());

@@ -46,7 +46,7 @@ Quaternion AxisCone::nearest(const Quaternion& orientation) const {
   const Vec3 towards = own.dot(axis) < 0.0 ? Vec3(-axis) : axis;
   Vec3 around = own.cross(towards);
   if (!(around.norm() > 1e-12)) return orientation;  // parallel: rotation axis undefined
-  return (Quaternion(Eigen::AngleAxisd(beyond, around.normalized())) * orientation).normalized();
+  return (Quaternion::around(around.normalized(), beyond) * orientation).normalized();
 }
 
 std::int64_t Species::placed() const {

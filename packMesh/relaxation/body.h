@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A cell while it is being moved.
+/// @file A cell while it is being moved, and the state of a relaxation.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "packMesh/core/pose.h"
@@ -82,5 +86,58 @@ inline Body makeBody(std::int64_t id, int species, int shape, const Pose& pose) 
 inline std::vector<Body> bodiesOf(const std::vector<BodyState>& states) {
   return {states.begin(), states.end()};
 }
+
+/// Sums over one sweep. They are exact, so that they do not depend on the order of summation.
+struct SweepSums {
+  double deepest = 0.0;         ///< largest penetration into a clearance [µm]
+  std::int64_t totalSteps = 0;  ///< sum of the penetrations of all contacts, each rounded to steps
+  std::int64_t contacts = 0;
+  bool thorough = true;  ///< every pair was examined completely
+
+  /// Sum of the penetrations of all contacts [µm].
+  double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
+  /// Of a contact [µm].
+  double meanDepth() const { return contacts == 0 ? 0.0 : total() / static_cast<double>(contacts); }
+
+  void add(double depth) {
+    deepest = deepest > depth ? deepest : depth;
+    totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
+    ++contacts;
+  }
+  void add(const SweepSums& other) {
+    deepest = deepest > other.deepest ? deepest : other.deepest;
+    totalSteps += other.totalSteps;
+    contacts += other.contacts;
+  }
+
+ private:
+  static constexpr double stepsPerMicrometre = 0x1p20;
+};
+
+/// Extra clearance of pairs (ids, the smaller one first) in addition to the problem's [µm].
+using ExtraClearances = std::map<std::pair<std::int64_t, std::int64_t>, float>;
+
+/// The state of a relaxation besides its bodies, at any time just before a rebuild of the neighbour list. The
+/// same on all ranks. With the bodies this is all that the following sweeps depend on.
+struct RelaxationState {
+  /// Initial number of cells per shape, from which blocks and masses are derived. Empty: of the bodies
+  /// given.
+  std::vector<std::int64_t> counts;
+  std::array<int, 3> blocks = {0, 0, 0};  ///< along each axis
+  std::int64_t sweeps = 0;                ///< done
+  std::int64_t listedInSweep = 0;         ///< of the last rebuild of the neighbour list
+  double skin = 0.0;                      ///< Verlet skin of the neighbour list [µm]
+  double slack = 0.0;                     ///< of the last sweep [µm]
+  bool coarsely = true;                   ///< whether coarse samples have sufficed so far
+  SweepSums last;                         ///< of the last sweep
+  ExtraClearances extraClearance;
+  std::set<std::int64_t> disturbed;  ///< cells of which something was demanded since the last sweep
+};
+
+/// Position in a schedule.
+struct SchedulePosition {
+  std::int64_t part = 0;   ///< of relax(): 0 is the constant stage, then annealings
+  std::int64_t sweep = 0;  ///< of the part
+};
 
 }  // namespace packmesh

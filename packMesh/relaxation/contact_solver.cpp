@@ -138,7 +138,7 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
 
   const double perWeight = 1.0 / sums.weight, perGradient = 1.0 / sums.gradient;
   const Vec3 point =
-      surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
+      surface.scale * surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight);
   Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perGradient);
   contact.depth = surface.scale * sums.deepest;
   if (contact.depth <= negligible) return false;

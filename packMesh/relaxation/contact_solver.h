@@ -71,33 +71,6 @@ struct SpeciesModel {
   const WallField* layerWall = nullptr;  ///< of the free layer
 };
 
-/// Sums over one sweep. They are exact, so that they do not depend on the order of summation.
-struct SweepSums {
-  double deepest = 0.0;         ///< largest penetration into a clearance [µm]
-  std::int64_t totalSteps = 0;  ///< sum of the penetrations of all contacts, each rounded to steps
-  std::int64_t contacts = 0;
-  bool thorough = true;  ///< every pair was examined completely
-
-  /// Sum of the penetrations of all contacts [µm].
-  double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
-  /// Of a contact [µm].
-  double meanDepth() const { return contacts == 0 ? 0.0 : total() / static_cast<double>(contacts); }
-
-  void add(double depth) {
-    deepest = deepest > depth ? deepest : depth;
-    totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
-    ++contacts;
-  }
-  void add(const SweepSums& other) {
-    deepest = deepest > other.deepest ? deepest : other.deepest;
-    totalSteps += other.totalSteps;
-    contacts += other.contacts;
-  }
-
- private:
-  static constexpr double stepsPerMicrometre = 0x1p20;
-};
-
 /// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the two cells
 /// of a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, so that
 /// `omega` times the penetration is removed.

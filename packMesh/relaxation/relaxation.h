@@ -21,28 +21,6 @@
 
 namespace packmesh {
 
-// The state of a relaxation besides its bodies, at any time just before a rebuild of the neighbour
-// list.
-
-/// Extra clearance of pairs (ids, the smaller one first) in addition to the problem's [µm].
-using ExtraClearances = std::map<std::pair<std::int64_t, std::int64_t>, float>;
-
-/// The same on all ranks. With the bodies this is all that the following sweeps depend on.
-struct RelaxationState {
-  /// Initial number of cells per shape, from which blocks and masses are derived. Empty: of the bodies
-  /// given.
-  std::vector<std::int64_t> counts;
-  std::array<int, 3> blocks = {0, 0, 0};  ///< along each axis
-  std::int64_t sweeps = 0;                ///< done
-  std::int64_t listedInSweep = 0;         ///< of the last rebuild of the neighbour list
-  double skin = 0.0;                      ///< Verlet skin of the neighbour list [µm]
-  double slack = 0.0;                     ///< of the last sweep [µm]
-  bool coarsely = true;                   ///< whether coarse samples have sufficed so far
-  SweepSums last;                         ///< of the last sweep
-  ExtraClearances extraClearance;
-  std::set<std::int64_t> disturbed;  ///< cells of which something was demanded since the last sweep
-};
-
 /// Bodies, the neighbour list, and the sweeps over them. Cells are kept apart by tolerance::relaxationMargin
 /// more than the physics require. The result of a sweep depends on the bodies and the physics alone, not on
 /// the number of ranks or threads: pairs are processed block by block in the order of the blocks' colours.

@@ -9,12 +9,6 @@
 
 namespace packmesh {
 
-/// Position in a schedule.
-struct SchedulePosition {
-  std::int64_t part = 0;   ///< of relax(): 0 is the constant stage, then annealings
-  std::int64_t sweep = 0;  ///< of the part
-};
-
 /// Limits of a schedule, and its callbacks.
 struct ScheduleLimits {
   std::int64_t maxSweeps = 0;     ///< total of the Relaxation

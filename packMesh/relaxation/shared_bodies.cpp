@@ -11,7 +11,7 @@ namespace {
 /// The part of a body that a contact changes.
 struct Change {
   Vec3 position;
-  Eigen::Quaternion<double, Eigen::DontAlign> orientation;
+  Quaternion::Coefficients orientation;
   double scale, moved, overlap;
   std::int64_t slot;
 };
@@ -184,8 +184,7 @@ void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies, const std::vector
       if (slot == common.size()) break;
       const Body& body = bodies[i];
       if (common[slot] != i || !body.changed) continue;
-      const Change change{body.position, Eigen::Quaternion<double, Eigen::DontAlign>(body.orientation),
-                          body.scale,    body.moved,
+      const Change change{body.position, body.orientation.coeffs(),      body.scale, body.moved,
                           body.overlap,  static_cast<std::int64_t>(slot)};
       const auto* bytes = reinterpret_cast<const std::byte*>(&change);
       peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);

@@ -21,10 +21,10 @@ void arrange(std::vector<int>& items, const std::vector<Vec3>& centers, std::siz
     std::sort(items.begin() + std::ptrdiff_t(begin), items.begin() + std::ptrdiff_t(end));
     return;
   }
-  Eigen::AlignedBox3d box;
-  for (std::size_t k = begin; k < end; ++k) box.extend(centers[items[k]]);
-  Eigen::Index axis;
-  box.sizes().maxCoeff(&axis);
+  Box box;
+  for (std::size_t k = begin; k < end; ++k) box.add(centers[items[k]]);
+  int axis;
+  box.size().maxCoeff(&axis);
   const std::size_t groups = (end - begin + blockSize - 1) / blockSize,
                     middle = begin + groups / 2 * blockSize;
   std::nth_element(items.begin() + std::ptrdiff_t(begin), items.begin() + std::ptrdiff_t(middle),
@@ -60,13 +60,13 @@ constexpr float foldedBelow = 0.7f;
 constexpr float tiny = 1e-20f;  // far below rounding; what has no normal keeps none
 
 template <int corners>
-void fitTo(const Clusters::Group<corners>& group, const float* positions,
-           const std::vector<Eigen::Vector3f>& normals, Outline::Boxes& boxes) {
+void fitTo(const Clusters::Group<corners>& group, const float* positions, const std::vector<Vec3f>& normals,
+           Outline::Boxes& boxes) {
   boxes.cones.resize(group.blocks.size());
   boxes.sixteen.resize((boxes.clusters() + blockSize - 1) / blockSize);
   boxes.blocks.resize(boxes.sixteen.size());
   for (FloatBox& box : boxes.sixteen) box.reset();
-  std::vector<Eigen::Vector3f> ofCluster;
+  std::vector<Vec3f> ofCluster;
   for (std::size_t b = 0; b < blockSize * boxes.blocks.size(); ++b) {
     FloatBox box;
     box.reset();
@@ -86,12 +86,12 @@ void fitTo(const Clusters::Group<corners>& group, const float* positions,
 }
 
 template <int corners>
-void addNormals(const std::vector<Eigen::Vector3f>& normals, Cluster& cluster) {
+void addNormals(const std::vector<Vec3f>& normals, Cluster& cluster) {
   for (int k = 0; k < blockSize; ++k) {
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    Vec3f sum = Vec3f::Zero();
     bool folded = false;
     for (int c = 0; c < corners; ++c) {
-      const Eigen::Vector3f& normal = normals[cluster.vertex[c][k]];
+      const Vec3f& normal = normals[cluster.vertex[c][k]];
       sum += normal;
       folded = folded || normal.isZero(0.0f);
     }
@@ -152,15 +152,15 @@ bool FloatBox::meets(const float otherLo[3], const float otherHi[3]) const {
   return true;
 }
 
-void NormalCone::fit(const std::vector<Eigen::Vector3f>& normals) {
+void NormalCone::fit(const std::vector<Vec3f>& normals) {
   constexpr float rounding = 1e-3f;  // of angles
   *this = {};
-  const auto isZero = [](const Eigen::Vector3f& normal) { return normal.isZero(0.0f); };
+  const auto isZero = [](const Vec3f& normal) { return normal.isZero(0.0f); };
   if (std::any_of(normals.begin(), normals.end(), isZero)) return;
-  for (const Eigen::Vector3f& normal : normals) axis += normal;
+  for (const Vec3f& normal : normals) axis += normal;
   axis /= std::max(axis.norm(), tiny);
   float least = 1.0f;
-  for (const Eigen::Vector3f& normal : normals) least = std::min(least, axis.dot(normal));
+  for (const Vec3f& normal : normals) least = std::min(least, axis.dot(normal));
   left = 0.5f * std::acos(facing) - std::acos(least) - rounding;
   cosine = std::cos(left);
   sine = std::sin(left);
@@ -180,17 +180,17 @@ void Outline::Boxes::setBox(std::size_t cluster, const FloatBox& box) {
   }
 }
 
-void findNormals(const Membrane& membrane, const float* positions, std::vector<Eigen::Vector3f>& normals) {
+void findNormals(const Membrane& membrane, const float* positions, std::vector<Vec3f>& normals) {
   const std::vector<Triangle>& triangleCorners = membrane.mesh().triangles;
-  const auto at = [&](int v) { return Eigen::Map<const Eigen::Vector3f>(positions + 4 * v); };
-  normals.assign(membrane.mesh().vertices.size(), Eigen::Vector3f::Zero());
-  std::vector<Eigen::Vector3f> flat;
+  const auto at = [&](int v) { return Vec3f(positions + 4 * v); };
+  normals.assign(membrane.mesh().vertices.size(), Vec3f::Zero());
+  std::vector<Vec3f> flat;
   for (const Triangle& t : triangleCorners) {
-    const Eigen::Vector3f across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
+    const Vec3f across = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
     flat.push_back(across / std::max(across.norm(), tiny));
     for (const int v : t) normals[v] += flat.back();
   }
-  for (Eigen::Vector3f& normal : normals) normal /= std::max(normal.norm(), tiny);
+  for (Vec3f& normal : normals) normal /= std::max(normal.norm(), tiny);
   std::vector<int> folded;
   for (std::size_t t = 0; t < flat.size(); ++t)
     for (const int v : triangleCorners[t])
@@ -198,8 +198,7 @@ void findNormals(const Membrane& membrane, const float* positions, std::vector<E
   for (const int v : folded) normals[v].setZero();
 }
 
-void Outline::fit(const Clusters& clusters, const float* positions,
-                  const std::vector<Eigen::Vector3f>& normals) {
+void Outline::fit(const Clusters& clusters, const float* positions, const std::vector<Vec3f>& normals) {
   fitTo(clusters.vertices, positions, normals, vertices);
   fitTo(clusters.edges, positions, normals, edges);
   fitTo(clusters.triangles, positions, normals, triangles);

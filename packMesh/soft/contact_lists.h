@@ -38,12 +38,12 @@ struct FloatBox {
 
 /// The directions of normals.
 struct NormalCone {
-  Eigen::Vector3f axis = Eigen::Vector3f::Zero();
+  Vec3f axis = Vec3f::Zero();
   /// Half of the angle within which normals do not face each other, less the half angle of the cone.
   float left = -1.0f, cosine = 0.0f, sine = 0.0f;
 
   /// 0: the membrane is folded
-  void fit(const std::vector<Eigen::Vector3f>& normals);
+  void fit(const std::vector<Vec3f>& normals);
   /// Whether no normal of one faces one of the other.
   bool facesAway(const NormalCone& other) const {
     return left + other.left > 0.0f && axis.dot(other.axis) > cosine * other.cosine - sine * other.sine;
@@ -64,12 +64,12 @@ struct Outline {
   };
   Boxes vertices, edges, triangles;
   /// @param positions four numbers per vertex [µm] @param normals of vertices
-  void fit(const Clusters& clusters, const float* positions, const std::vector<Eigen::Vector3f>& normals);
+  void fit(const Clusters& clusters, const float* positions, const std::vector<Vec3f>& normals);
 };
 
 /// Those of vertices; 0 where the triangles are not nearly in one plane.
 /// @param positions four numbers per vertex [µm] @param normals overwritten
-void findNormals(const Membrane& membrane, const float* positions, std::vector<Eigen::Vector3f>& normals);
+void findNormals(const Membrane& membrane, const float* positions, std::vector<Vec3f>& normals);
 
 /// Contacts in blocks.
 class ContactFours {
@@ -93,7 +93,7 @@ struct ListedCell {
   const Clusters* clusters;
   const Outline* outline;
   const float* positions;
-  const std::vector<Eigen::Vector3f>* normals = nullptr;  ///< of a cell that is listed with itself
+  const std::vector<Vec3f>* normals = nullptr;  ///< of a cell that is listed with itself
 };
 
 class ContactLister {

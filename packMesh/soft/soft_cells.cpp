@@ -71,7 +71,7 @@ struct SoftCells::Thread {
 
   ContactLister lister;
   ContactFours listed;
-  std::vector<Eigen::Vector3f> normals;
+  std::vector<Vec3f> normals;
   std::vector<float> numbers;
   std::vector<float> force, gap;  ///< of cells of other ranks, which are not needed
   Pages<std::int16_t> fours;
@@ -412,8 +412,7 @@ SoftNeighbors SoftCells::neighbors() const {
   const double reach = std::max(settings_.range, settings_.edgeRange) + skin_ + settings_.clearance;
   std::vector<Box> boxes;
   for (const Cell& c : cells_)
-    boxes.push_back({c.anchor + Eigen::Map<const Eigen::Vector3f>(c.box.lo).cast<double>(),
-                     c.anchor + Eigen::Map<const Eigen::Vector3f>(c.box.hi).cast<double>()});
+    boxes.push_back({c.anchor + Vec3f(c.box.lo).cast<double>(), c.anchor + Vec3f(c.box.hi).cast<double>()});
   return nearBoxes(boxes, period_, reach, threads_);
 }
 

@@ -36,7 +36,7 @@ class Bisection {
       box.add(centers_[*at]);
       work += work_[*at];
     }
-    Eigen::Index axis = 0;
+    int axis = 0;
     box.size().maxCoeff(&axis);
     std::sort(begin, end, [&](int a, int b) {
       return std::pair(centers_[a][axis], a) < std::pair(centers_[b][axis], b);

@@ -14,6 +14,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/session/in_memory.h"
 #include "hemocell_adapter/settings/request.h"
+#include "packMesh/packing/state_file.h"
 
 /// Of a dict with what JSON would have (request_json.h), and numbers of NumPy where a file may be. Needs
 /// Python's lock. @throws UsageError
@@ -35,6 +36,10 @@ PythonNumbers numbersOf(const std::string& setting, const std::string& of,
                         std::vector<packmesh::StateTable> tables);
 
 void addRequests(pybind11::module_& module);
+
+/// Adds Lumen, lumen(), Meshes, cell_template() and save_cells(), for the analysis of runs
+/// (run_analysis.cpp).
+void addRunAnalysis(pybind11::module_& module);
 
 /// A packing, or the cells of a state until their packing is needed. Each rank has its share of them.
 struct HeldCells {

@@ -41,7 +41,6 @@
 #include "packMesh/mesh/union_find.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/state_file.h"
-#include "run_analysis.h"
 
 namespace py = pybind11;
 using namespace packmesh;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "run_analysis.h"
-
+/// @file What the analysis of runs needs of the library: lumens, and the exact test of deformed membranes.
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>

@@ -176,9 +176,9 @@ void linearProgram(State& state) {
     program.upper.setConstant(1.0);
     for (const Vec3& v : mesh.vertices) {
       const Vec3 n = (v.normalized() + 0.5 * test::randomDirection(random)).normalized();
-      LinearProgram::Vector row;
-      row << n.dot(v), v.cross(n), n;
-      program.addRow(row, gap(random));
+      const Vec3 torque = v.cross(n);
+      const double row[] = {n.dot(v), torque.x(), torque.y(), torque.z(), n.x(), n.y(), n.z()};
+      program.addRow(LinearProgram::Vector(row), gap(random));
     }
   }
   forEach(state, programs, [](const LinearProgram& program) { DoNotOptimize(program.solve().pivots); });

@@ -4,6 +4,7 @@
 
 - Includes point down the lists of folders in contributing.md, never up; the library never includes the adapter.
 - In that list, the engines and what judges and measures their results stand before packing/, which calls them.
+- No header includes Eigen, which takes longer to read than all of ours.
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines, half of
   them have at least 110, and there are at most 330, of the C++ side of the Python package too: files are concepts.
@@ -67,6 +68,8 @@ def check_includes():
             a, b = folder_of(path), folder_of(other)
             if a in order and b in order and order.index(b) > order.index(a):
                 faults.append(f"{path} includes {other}, which is above it")
+        if path.suffix == ".h" and "#include <Eigen" in (ROOT / path).read_text():
+            faults.append(f"{path} includes Eigen")
 
 
 def check_cycles():

@@ -38,7 +38,7 @@ inline TriangleMesh convexMesh(unsigned seed) {
   Mat3 map = Mat3::Identity();
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) map(i, j) = i == j ? stretch(random) : shear(random);
-  if (map.determinant() < 0.1) map = Vec3(1.0, 0.6, 1.7).asDiagonal();
+  if (map.determinant() < 0.1) map = Mat3::diagonal({1.0, 0.6, 1.7});
   TriangleMesh mesh = icosphere(2);
   for (Vec3& v : mesh.vertices) v = map * v;
   return mesh;

@@ -20,7 +20,7 @@ inline std::shared_ptr<const Container> twoChambers() {
     return std::max(neck, std::sqrt(std::max(0.0, chamber * chamber - from * from)));
   };
   const TriangleMesh mesh = sample::tube(
-      -end, end, 81, 32, [](double) { return Vec3::Zero().eval(); }, radius);
+      -end, end, 81, 32, [](double) { return Vec3::Zero(); }, radius);
   return makeVessel(mesh, {}, 0.25);
 }
 

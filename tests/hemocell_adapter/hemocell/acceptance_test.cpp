@@ -186,7 +186,7 @@ TEST_CASE("Acceptance reproduces HemoCell's counts for the shipped pipe flow", "
   CHECK(nodes[0] == 103);
   CHECK(vessel.period == 51.5);
   const Box box = boundingBox(vessel.surface);
-  CHECK((box.center().tail<2>() - Eigen::Vector2d(13, 13)).norm() < 1e-3);
+  CHECK((box.center().tail<2>() - Vec2(13, 13)).norm() < 1e-3);
   CHECK(std::abs(box.size().y() - 25.0) < 1e-3);
   for (const std::string name : {"RBC", "PLT"}) {
     const TriangleMesh mesh = buildTemplate(readCellXml(path + name + ".xml", name), 0.5);
@@ -291,7 +291,7 @@ TEST_CASE("The accepted wall gives the same distances for blocks of nodes as for
           for (int j = 0; j < block.nodes[1]; ++j)
             for (int i = 0; i < block.nodes[0]; ++i, ++index) {
               const double expected = wall->distance(block.position(i, j, k)).distance;
-              CAPTURE(block.position(i, j, k).transpose(), block.spacing, expected, found[index]);
+              CAPTURE(block.position(i, j, k), block.spacing, expected, found[index]);
               if (std::abs(expected) > 0.25) continue;
               ++compared;
               // The true wall is interpolated between every other node.

@@ -70,7 +70,10 @@ std::string boxStl(double x, double y, double z, bool insideOut = false) {
   text << "solid box\n";
   for (const Triangle& t : triangles) {
     text << "facet normal 0 0 0\nouter loop\n";
-    for (int k = 0; k < 3; ++k) text << "vertex " << v[t[insideOut ? 2 - k : k]].transpose() << '\n';
+    for (int k = 0; k < 3; ++k) {
+      const Vec3& p = v[t[insideOut ? 2 - k : k]];
+      text << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    }
     text << "endloop\nendfacet\n";
   }
   text << "endsolid box\n";

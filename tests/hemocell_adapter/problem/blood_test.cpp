@@ -19,7 +19,7 @@ TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as o
   there[1].id = 1;
   there[1].shape = 3;
   there[0].pose.position = middle + Vec3(-11, 5, 0);
-  there[0].pose.orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  there[0].pose.orientation = Quaternion::around(Vec3(1, 2, 3).normalized(), 0.7);
   there[1].pose.position = middle + Vec3(5, 0, -2);
   const auto radial = [&](const Pose& pose) {
     Vec3 from = pose.position - middle;

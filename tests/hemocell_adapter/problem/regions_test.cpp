@@ -38,8 +38,7 @@ TEST_CASE("Regions have their own hematocrit, axes their direction, walls their 
   const auto minimumOf = [&](const char* name) {
     double nearest = 1e9;
     for (const PosLine& line : readPos(folder.path() / name))
-      nearest =
-          std::min(nearest, 7.5 - Eigen::Vector2d(line.position.y() - 8.0, line.position.z() - 8.0).norm());
+      nearest = std::min(nearest, 7.5 - Vec2(line.position.y() - 8.0, line.position.z() - 8.0).norm());
     return nearest;
   };
   CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);

@@ -25,7 +25,7 @@ TEST_CASE("Depths in a vessel are exact near its wall and accurate inside") {
     const Vec3 at(part(random), part(random), part(random));
     const Vec3 p = vessel->bounds().lo + at.cwiseProduct(vessel->bounds().size());
     const double truth = vessel->wall()->distance(p).distance, found = depth(p);
-    INFO(p.transpose() << ": " << truth << ", " << found);
+    INFO(toText(p) << ": " << truth << ", " << found);
     REQUIRE(std::abs(found - truth) < 0.35 * depth.spacing());
     if (std::abs(truth) < 2.6 * depth.spacing()) REQUIRE(found == truth);
     ++(found == truth ? exact : interpolated);
@@ -187,7 +187,7 @@ TEST_CASE("The order of symmetry axes is right for parallel, planar and random a
         .orientation[0];
   };
   const auto about = [](const Vec3& axis, double angle) {
-    return Mat3(Eigen::AngleAxisd(angle, axis).toRotationMatrix());
+    return Mat3(Quaternion::around(axis, angle).toRotationMatrix());
   };
   const OrientationOrder parallel = order([&](int i) { return about(Vec3::UnitX(), i % 2 ? pi : 0.0); });
   REQUIRE(parallel.cells == 200);

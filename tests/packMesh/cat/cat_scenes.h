@@ -68,7 +68,7 @@ inline CatScene redCellsInPeriodicCylinder(double fraction, double scale = 1.0) 
 
 /// The same red cells with fewer vertices (42 for level 1, 162 for level 2), shrunk so that they do not meet.
 inline CatScene coarse(CatScene scene, int level, double scale) {
-  const Mat3 toThinY = Eigen::AngleAxisd(0.5 * M_PI, Vec3::UnitX()).toRotationMatrix();
+  const Mat3 toThinY = Quaternion::around(Vec3::UnitX(), 0.5 * M_PI).toRotationMatrix();
   const MeshHierarchy* cell = scene.own(redCell(level));
   for (PlacedMesh& object : scene.input.objects)
     object = {cell, {scale * object.placement.linear * toThinY, object.placement.translation}};

@@ -189,16 +189,16 @@ TEST_CASE("Linear programmes with nearly parallel rows agree with GLPK") {
 TEST_CASE("Linear programmes that cycle, are empty or have empty rows are solved") {
   // Beale's example, on which the textbook rule cycles.
   Instance beale;
-  beale.objective << 0.75, -150.0, 0.02, -6.0, 0.0, 0.0, 0.0;
+  const auto vector = [](double a, double b, double c, double d) {
+    const double all[7] = {a, b, c, d};
+    return Vector(all);
+  };
+  beale.objective = vector(0.75, -150.0, 0.02, -6.0);
   beale.lower.setZero();
   beale.upper.setConstant(1000.0);
-  Vector a = Vector::Zero();
-  a.head<4>() << 0.25, -60.0, -0.04, 9.0;
-  beale.add(a, 0.0);
-  a.head<4>() << 0.5, -90.0, -0.02, 3.0;
-  beale.add(a, 0.0);
-  a.head<4>() << 0.0, 0.0, 1.0, 0.0;
-  beale.add(a, 1.0);
+  beale.add(vector(0.25, -60.0, -0.04, 9.0), 0.0);
+  beale.add(vector(0.5, -90.0, -0.02, 3.0), 0.0);
+  beale.add(vector(0.0, 0.0, 1.0, 0.0), 1.0);
   REQUIRE(agreed(beale) == Status::optimal);
   CHECK(beale.objective.dot(beale.program().solve().x) == Approx(0.05));
 

@@ -429,13 +429,13 @@ TEST_CASE("Unconstrained Delaunay tetrahedra have empty circumspheres", "[tetrah
   CHECK(t.tetrahedra.size() > 1000);
   for (std::size_t i = 0; i < t.tetrahedra.size(); i += 7) {
     const int n = static_cast<int>(i);
-    Mat3 m;
+    Mat3 edges;
     Vec3 rhs;
     for (int k = 0; k < 3; ++k) {
-      m.row(k) = (t.corner(n, k + 1) - t.corner(n, 0)).transpose();
-      rhs[k] = 0.5 * m.row(k).squaredNorm();
+      edges.col(k) = t.corner(n, k + 1) - t.corner(n, 0);
+      rhs[k] = 0.5 * edges.col(k).squaredNorm();
     }
-    const Vec3 offset = m.inverse() * rhs, center = t.corner(n, 0) + offset;
+    const Vec3 offset = edges.inverse().transpose() * rhs, center = t.corner(n, 0) + offset;
     if (!(offset.norm() < 1e3)) continue;  // flat: the sphere is a plane
     for (const Vec3& p : t.points) CHECK((p - center).norm() > offset.norm() * (1.0 - 1e-7));
   }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>

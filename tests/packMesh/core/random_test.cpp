@@ -78,13 +78,13 @@ TEST_CASE("Random rotations and directions are uniform", "[random]") {
     const Quaternion q = uniformRotation(u[0], u[1], u[2]);
     REQUIRE(q.norm() == Approx(1.0));
     const Mat3 m = q.toRotationMatrix();
-    squares += m.cwiseAbs2();
+    for (int k = 0; k < 3; ++k) squares.col(k) += m.col(k).cwiseProduct(m.col(k));
     const Vec3 axis = m.col(1), direction = uniformDirection(u[2], u[3]);
     REQUIRE(direction.norm() == Approx(1.0));
     axisMean += axis;
     directionMean += direction;
-    axisMoments += axis * axis.transpose();
-    directionMoments += direction * direction.transpose();
+    axisMoments += Mat3::outerProduct(axis, axis);
+    directionMoments += Mat3::outerProduct(direction, direction);
     angle += 2.0 * std::acos(std::min(1.0, std::abs(q.w())));
   }
   const double noise = 6.0 / std::sqrt(double(draws));

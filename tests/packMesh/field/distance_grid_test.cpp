@@ -106,7 +106,7 @@ TEST_CASE("sampleDistance agrees with brute force at its nodes", "[shape]") {
                                    : value * expected > 0.0 &&
                                          std::abs(value) < 1.05 * std::abs(expected) + 1e-6 &&
                                          std::abs(value) > std::abs(expected) - 1e-6;
-            if (!right) FAIL("at " << p.transpose() << " " << value << " instead of " << expected);
+            if (!right) FAIL("at " << toText(p) << " " << value << " instead of " << expected);
             if (index % 997 == 0) CHECK(expected == Approx(bruteForce(mesh, p)).margin(1e-6));
           }
     }

@@ -273,7 +273,7 @@ TEST_CASE("Walls give the same distances for blocks of nodes as for single nodes
         for (int j = 0; j < block.nodes[1]; ++j)
           for (int i = 0; i < block.nodes[0]; ++i, ++index) {
             const double expected = c.wall().distance(block.position(i, j, k)).distance;
-            CAPTURE(block.position(i, j, k).transpose(), block.spacing, expected, distances[index]);
+            CAPTURE(block.position(i, j, k), block.spacing, expected, distances[index]);
             REQUIRE(distances[index] <= expected + 1e-4 * (1.0 + std::abs(expected)));
             REQUIRE(distances[index] >= (expected > 0.0 ? 0.59 * expected : expected - 1e-4) - 1e-4);
             if (expected > 1.5 * block.spacing) continue;  // rough

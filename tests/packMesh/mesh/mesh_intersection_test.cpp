@@ -124,7 +124,7 @@ TEST_CASE("relate is exact for nested and stacked red cells down to gaps of 1e-1
     const Placement a{test::randomRotation(random), Vec3(20, 30, 40)};
     const Vec3 axis = a.linear.col(2);
     const Mat3 turned =
-        a.linear * Eigen::AngleAxisd(tilt(random), test::randomDirection(random)).toRotationMatrix();
+        a.linear * Quaternion::around(test::randomDirection(random), tilt(random)).toRotationMatrix();
     // The height at which they touch, by bisection, then a little more or less.
     double lo = 0.5, hi = 3.5;
     const auto at = [&](double h) { return Placement{turned, a.translation + h * axis}; };

@@ -16,8 +16,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-using Vector2 = Eigen::Vector2d;
-
 /// A star-shaped polygon with random radii.
 Polygon star(std::uint64_t seed, int corners) {
   Polygon polygon;
@@ -29,8 +27,8 @@ Polygon star(std::uint64_t seed, int corners) {
   return polygon;
 }
 
-std::vector<std::array<Vector2, 2>> segmentsOf(const Polygon& polygon) {
-  std::vector<std::array<Vector2, 2>> segments;
+std::vector<std::array<Vec2, 2>> segmentsOf(const Polygon& polygon) {
+  std::vector<std::array<Vec2, 2>> segments;
   for (std::size_t i = 0; i < polygon.size(); ++i)
     segments.push_back({polygon[i], polygon[(i + 1) % polygon.size()]});
   return segments;
@@ -69,7 +67,7 @@ TEST_CASE("Triangulation handles collinear points") {
 
 TEST_CASE("Loops are found among segments in any order and direction") {
   auto segments = segmentsOf(star(3, 12));
-  for (auto& s : segmentsOf(star(4, 9))) segments.push_back({s[1] + Vector2(20, 0), s[0] + Vector2(20, 0)});
+  for (auto& s : segmentsOf(star(4, 9))) segments.push_back({s[1] + Vec2(20, 0), s[0] + Vec2(20, 0)});
   for (std::size_t i = 0; i < segments.size(); i += 3)
     std::swap(segments[i], segments[segments.size() - 1 - i]);
   for (std::size_t i = 0; i < segments.size(); i += 2) std::swap(segments[i][0], segments[i][1]);

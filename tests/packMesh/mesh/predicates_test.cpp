@@ -142,7 +142,7 @@ Points diagonal(Random& random, int low, int high) {
 Vec3 vector(const std::array<double, 3>& p) {
   return {p[0], p[1], p[2]};
 }
-Eigen::Vector2d vector(const std::array<double, 2>& p) {
+Vec2 vector(const std::array<double, 2>& p) {
   return {p[0], p[1]};
 }
 
@@ -237,7 +237,7 @@ TEST_CASE("turn agrees with integer arithmetic around a line, bit by bit", "[exa
   const auto scaled = [](double x) { return static_cast<Wide>(std::ldexp(x, 53)); };
   for (int i = 0; i < 128; ++i)
     for (int j = 0; j < 128; ++j) {
-      const Eigen::Vector2d p(0.5 + i * ulp, 0.5 + j * ulp), q(12.0, 12.0), r(24.0, 24.0);
+      const Vec2 p(0.5 + i * ulp, 0.5 + j * ulp), q(12.0, 12.0), r(24.0, 24.0);
       const Wide determinant = (scaled(q[0]) - scaled(p[0])) * (scaled(r[1]) - scaled(p[1])) -
                                (scaled(q[1]) - scaled(p[1])) * (scaled(r[0]) - scaled(p[0]));
       REQUIRE(turn(p, q, r) == test::sign(determinant));

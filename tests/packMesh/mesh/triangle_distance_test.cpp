@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/triangle_pair.h"
 
+#include <Eigen/QR>
 #include <catch2/catch.hpp>
 #include <random>
 #include <vector>
@@ -26,10 +27,13 @@ double distanceByDifferences(const RealTriangle& a, const RealTriangle& b) {
       if (s > 0.0 && s < 1.0) least = std::min(least, (d[i] + s * e).norm());
       for (std::size_t k = j + 1; k < d.size(); ++k) {
         Eigen::Matrix<double, 3, 2> edges;
-        edges << e, d[k] - d[i];
-        if (e.cross(d[k] - d[i]).norm() < 1e-9) continue;
-        const Eigen::Vector2d st = edges.colPivHouseholderQr().solve(-d[i]);
-        if (st[0] > 0.0 && st[1] > 0.0 && st.sum() < 1.0) least = std::min(least, (d[i] + edges * st).norm());
+        const Vec3 f = d[k] - d[i];
+        edges << e.x(), f.x(), e.y(), f.y(), e.z(), f.z();
+        if (e.cross(f).norm() < 1e-9) continue;
+        const Eigen::Vector2d st =
+            edges.colPivHouseholderQr().solve(Eigen::Vector3d(-d[i].x(), -d[i].y(), -d[i].z()));
+        if (st[0] > 0.0 && st[1] > 0.0 && st.sum() < 1.0)
+          least = std::min(least, (d[i] + st[0] * e + st[1] * f).norm());
       }
     }
   }

@@ -102,11 +102,11 @@ TEST_CASE("A few cells may keep less than the clearances where that is permitted
     return std::sqrt(std::max({0.64, wide, narrow}));
   };
   PackingProblem problem;
-  problem.physics = test::physicsOf(
-      {test::redCellShape()},
-      makeVessel(sample::tube(
-                     -11.5, 20.0, 120, 48, [](double) { return Vec3::Zero().eval(); }, radius),
-                 {}, 0.25));
+  problem.physics =
+      test::physicsOf({test::redCellShape()},
+                      makeVessel(sample::tube(
+                                     -11.5, 20.0, 120, 48, [](double) { return Vec3::Zero(); }, radius),
+                                 {}, 0.25));
   problem.physics.species[0].count = 20;
   Species alone = problem.physics.species[0];
   alone.count = 1;
@@ -131,7 +131,7 @@ TEST_CASE("A few cells may keep less than the clearances where that is permitted
 TEST_CASE("What is packed with one seed is packed with every seed, and so is less of it", "[relocation]") {
   const auto tapered = [](double length, auto radius) {
     return makeVessel(sample::tube(
-                          0.0, length, 61, 32, [](double) { return Vec3::Zero().eval(); }, radius),
+                          0.0, length, 61, 32, [](double) { return Vec3::Zero(); }, radius),
                       {}, 0.25);
   };
   const std::vector<std::pair<const char*, std::shared_ptr<const Container>>> lumens = {

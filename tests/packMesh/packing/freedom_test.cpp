@@ -56,7 +56,7 @@ TEST_CASE("An axis is rotated into its cone by the smallest angle") {
     CHECK(before <= 90.0 * degree + 1e-12);
     CHECK(after == Approx(std::min(before, cone.spread)).margin(1e-12));
     CHECK(q.angularDistance(r) == Approx(std::max(0.0, before - cone.spread)).margin(1e-7));
-    CHECK(cone.angle(q * Quaternion(Eigen::AngleAxisd(std::acos(-1.0), Vec3::UnitX()))) == Approx(before));
+    CHECK(cone.angle(q * Quaternion::around(Vec3::UnitX(), std::acos(-1.0))) == Approx(before));
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 std::shared_ptr<const Container> tube(double radius) {
   return makeVessel(
       sample::tube(
-          0.0, 30.0, 31, 40, [](double) { return Vec3::Zero().eval(); }, [=](double) { return radius; }),
+          0.0, 30.0, 31, 40, [](double) { return Vec3::Zero(); }, [=](double) { return radius; }),
       {}, 0.25);
 }
 

@@ -47,7 +47,7 @@ TEST_CASE("Beyond a cut is what is connected with its far side", "[cut]") {
     int beyond = 0;
     forPoints(*lumen, [&](const Vec3& p, double) {
       const bool inBranch = p.y() > 10.0, expected = inBranch && (p - point).dot(normal) >= 0.0;
-      CAPTURE(p.transpose());
+      CAPTURE(p);
       CHECK(region.contains(p) == expected);
       beyond += expected;
       const WallDistance d = region.distance(p);

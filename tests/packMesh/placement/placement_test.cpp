@@ -36,9 +36,9 @@ TEST_CASE("Initial positions are uniform over a periodic box", "[placement]") {
     REQUIRE(bounds.contains(pose.position));
     REQUIRE(pose.scale == 1.0);
     REQUIRE(pose.orientation.norm() == Approx(1.0));
-    const Vec3 u = (pose.position - bounds.lo).cwiseQuotient(bounds.size());
+    const Vec3 u = (pose.position - bounds.lo).cwiseQuotient(bounds.size()), half = Vec3::Constant(0.5);
     mean += u;
-    squares += (u.array() - 0.5).square().matrix();
+    squares += (u - half).cwiseProduct(u - half);
     axis += pose.orientation * Vec3::UnitY();
   }
   REQUIRE((mean / count - Vec3::Constant(0.5)).norm() < 0.02);
@@ -128,7 +128,7 @@ TEST_CASE("Columns with enough room do not meet in boxes of any shape", "[placem
   for (const Vec3& size :
        {Vec3(30, 30, 30), Vec3(50, 50, 50), Vec3(25, 40, 33), Vec3(20, 20, 90), Vec3(61, 17, 43)})
     for (const double fraction : {0.2, 0.45, 0.6}) {
-      CAPTURE(size.transpose(), fraction);
+      CAPTURE(size, fraction);
       const Box box{Vec3(3, -4, 5), Vec3(3, -4, 5) + size};
       const auto count = static_cast<std::int64_t>(fraction * box.volume() / shape->volume());
       const Columns columns(*shape, count, box, gap, 7);

@@ -233,7 +233,7 @@ TEST_CASE("Penetrations are measured to the surface itself", "[relaxation][kerne
       Configuration c{{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}, 1.0f}, n % 2 == 0 ? 0.02f : 0.25f};
       const ContactSums sums = run(chosenInstructionSet(), view, c, model.field);
       const double expected = distance(q), found = c.clearance - sums.deepest;
-      CAPTURE(q.transpose(), expected, sums.weight, sums.nearest);
+      CAPTURE(q, expected, sums.weight, sums.nearest);
       // Closed forms are made for small distances, grids for all. Rims are the worst, and there they
       // had better be too small.
       const double tooLarge = grid ? grid->interpolationError() : n % 2 == 0 ? 0.004 : 0.04;
@@ -294,7 +294,7 @@ TEST_CASE("Clusters outside the mask have no contact before the cells have moved
         // Moved by less than the margin, turned by as much.
         const Vec3 step = 0.5 * margin * test::randomDirection(random);
         const double angle = 0.45 * margin / (c.frame.scale * sampled.shape->radius());
-        const Mat3 turn = Eigen::AngleAxisd(angle, test::randomDirection(random)).toRotationMatrix();
+        const Mat3 turn = Quaternion::around(test::randomDirection(random), angle).toRotationMatrix();
         Mat3 m;
         for (int r = 0; r < 3; ++r)
           for (int k = 0; k < 3; ++k) m(r, k) = c.frame.m[3 * r + k];

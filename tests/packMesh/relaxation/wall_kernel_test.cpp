@@ -278,7 +278,7 @@ TEST_CASE("Clusters outside the mask have no wall contact before the cell has mo
             look(chosenInstructionSet(), model.samples, field.frameOf(body, reach, false), 0.02, margin).mask;
         body.position += 0.5 * margin * test::randomDirection(random);
         body.rotation =
-            Eigen::AngleAxisd(0.45 * margin / reach, test::randomDirection(random)).toRotationMatrix() *
+            Quaternion::around(test::randomDirection(random), 0.45 * margin / reach).toRotationMatrix() *
             body.rotation;
         const WallFrame frame = field.frameOf(body, reach, false);
         const WallSums all = look(chosenInstructionSet(), model.samples, frame, 0.02).sums;

@@ -19,7 +19,7 @@ struct Listed {
   Clusters clusters;
   Outline outline;
   std::vector<float> positions;
-  std::vector<Eigen::Vector3f> normals;
+  std::vector<Vec3f> normals;
 
   explicit Listed(const TriangleMesh& mesh) : membrane(mesh, {}), clusters(membrane) {
     for (const Vec3& v : mesh.vertices)

@@ -78,7 +78,7 @@ TEST_CASE("energy and forces are the same wherever a cell is, and forces sum to 
   const std::vector<Vec3> at = sample::shaken(membrane.mesh().vertices, 0.05, 9);
   std::vector<Vec3> forces, moved, forcesThere;
   const double energy = membraneEnergy(membrane, at, 1.0, &forces);
-  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  const Mat3 turn = Quaternion::around(Vec3(1, 2, -1).normalized(), 0.7).toRotationMatrix();
   for (const Vec3& v : at) moved.push_back(turn * v + Vec3(3, -5, 11));
   CHECK(membraneEnergy(membrane, moved, 1.0, &forcesThere) == Approx(energy).epsilon(1e-10));
   const double unit = largestOf(forces);

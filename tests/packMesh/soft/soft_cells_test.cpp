@@ -13,7 +13,7 @@ namespace {
 
 std::vector<Vec3> placedAt(const TriangleMesh& mesh, double scale, const Vec3& at, double angle = 0.0) {
   return placedVertices(
-      mesh, {scale * Eigen::AngleAxisd(angle, Vec3(1, 1, 0).normalized()).toRotationMatrix(), at});
+      mesh, {scale * Quaternion::around(Vec3(1, 1, 0).normalized(), angle).toRotationMatrix(), at});
 }
 
 /// Violations of the exact test.
@@ -165,7 +165,7 @@ TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
     deformed = std::max(deformed, (pose.placement()(there[v]) - moved[v]).norm());
   CHECK(most > 0.01);
   CHECK(mean > 0.3 * most);
-  CHECK(Eigen::AngleAxisd(pose.orientation).angle() > 0.1 * most);
+  CHECK(pose.orientation.angularDistance(Quaternion::Identity()) > 0.1 * most);
   CHECK(deformed < 0.01 * most);
 }
 
