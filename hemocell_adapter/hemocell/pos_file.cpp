@@ -75,7 +75,7 @@ PosLine lineOf(const Cell& cell) {
   constexpr double rounding = 1e-6;  // far above that of angles and quaternions, below what moves a cell
   const PosLine line{cell.pose.position, cell.angles};
   const Mat3 turned = cell.pose.orientation.toRotationMatrix();
-  if (!((placementOf(line).linear - turned).cwiseAbs().maxCoeff() < rounding))
+  if (!((placementOf(line).linear - turned).norm() < rounding))
     throw InputError("a state is damaged: the angles of a cell are not those of its orientation");
   return line;
 }

@@ -257,6 +257,7 @@ Problem prepareToPack(Scene scene, Notices& notices) {
   std::vector<LumenRegion> regions =
       makeRegions(scene.request, hematocrit, scene.lumen, scene.team, notices.repairs);
   Problem problem = divideIntoParts(std::move(scene), hematocrit, std::move(regions), notices);
+  requireLinkedVertices(problem.species);
   if (problem.request.soft) requireMembranes(problem);
   problem.read = linesOfPresent(problem.species);
   const auto warn = [&](std::vector<std::string> warnings) { notices.append({std::move(warnings), {}}); };

@@ -229,9 +229,15 @@ void requireMembranes(const Scene& scene) {
           fmt::format("cell '{}' ({}): <{}> is missing; soft cells need kLink, kBend, kVolume and "
                       "kArea (rigid=\"true\" in <species> keeps the shape)",
                       species.name, species.origin, fmt::join(species.model.membrane.missing, ">, <")));
+  }
+}
+
+void requireLinkedVertices(const std::vector<CellSpecies>& all) {
+  for (const CellSpecies& species : all) {
+    if (!hasFile(species) || species.mostCells() == 0) continue;
     const auto vertices = int(species.shape->mesh().vertices.size());
-    for (const auto& [a, b] : membraneOf(scene, species).innerLinks)
-      if (species.count > 0 && std::max(a, b) >= vertices)
+    for (const auto& [a, b] : species.model.membrane.constants->innerLinks)
+      if (std::max(a, b) >= vertices)
         throw InputError(
             fmt::format("cell '{}' ({}): <InnerEdges> links the vertices {} and {}; the last one is {}",
                         species.name, species.origin, a, b, vertices - 1));

@@ -58,6 +58,9 @@ void refuseBesideSoft(const Request& request);
 /// species have their numbers
 void requireMembranes(const Scene& scene);
 
+/// HemoCell reads vertices of any number. @throws InputError if there is none of such a number
+void requireLinkedVertices(const std::vector<CellSpecies>& all);
+
 /// Of a species, at the lattice spacing of the scene. Files without any constants, and cells without a file,
 /// have those of HemoCell's cell templates.
 MembraneConstants membraneOf(const Scene& scene, const CellSpecies& species);

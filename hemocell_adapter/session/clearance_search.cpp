@@ -137,8 +137,8 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
         1e-3 * each * double(ranks.traffic().bytes), statistics.engine ? "iteration" : "sweep"));
   }
   if (!statistics.engine && statistics.blocks < ranks.size())
-    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
-                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks; {} had nothing to do", statistics.blocks,
+                          statistics.blocks == 1 ? "" : "s", ranks.size(), ranks.size() - statistics.blocks));
 }
 
 /// Warns of cells at the wall, which are soon lost.

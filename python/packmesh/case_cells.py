@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import logging
 import math
 import os
 import re
@@ -23,9 +22,8 @@ _MODELS = {"RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "Plt
 #: What HemoCell needs of `<MaterialModel>`, else it ends; and of white cells.
 _CONSTANTS = ("kVolume", "kArea", "kLink", "kBend", "eta_m")
 _OF_WHITE_CELLS = ("kInnerRigid", "kCytoskeleton", "coreRadius")
-#: Coarser lattices have coarser red cells, whose edges are then as long as dx again [µm]; their triangles, at least, and vertices.
-_FINE, _COARSE_TRIANGLES, _COARSE_VERTICES = 0.7, 200, 162
-_COARSE_ELLIPSOID = 128  # triangles, which begin with 8 in place of 20
+#: Lattices coarser than this have coarser red cells, whose edges are then as long as dx again [µm]; their triangles, at least, and vertices.
+_COARSE, _COARSE_TRIANGLES, _COARSE_VERTICES = 0.7, 200, 162
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,17 +76,11 @@ def _cell(name: str, file: str, ratio: Optional[float], dx: float) -> CaseCell:
     if file:
         _require_constants(file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE") + ("kInnerLink",) * (model == "RbcMalariaModel"))
     mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), tags["StlFile"])
-    vertices, triangles = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
+    vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
     count = len(vertices)
-    is_fine = dx > _FINE and count > _COARSE_VERTICES
     if file:
-        links = _links(file, count)
-        if is_fine and np.linalg.norm(np.diff(vertices[triangles[:, [0, 1, 2, 0]]], axis=1), axis=2).mean() < dx:
-            coarser = ("give a coarser <StlFile>" if mesh else
-                       f"set <minNumTriangles> to {_COARSE_ELLIPSOID if construction == 'ELLIPSOID_FROM_SPHERE' else _COARSE_TRIANGLES}")
-            logging.getLogger("packmesh").warning("%s: a membrane of %d vertices is finer than a lattice with a dx of %g µm, and its forces there exceed HemoCell's "
-                                                  "limit: %s%s", file, count, dx, coarser, ", and in <InnerEdges> the links of its vertices" * bool(links))
-    elif is_fine:
+        _require_links(file, count)
+    elif dx > _COARSE and count > _COARSE_VERTICES:
         count = _COARSE_VERTICES
     return CaseCell(name, ratio, construction, model, count, _longest(vertices), file, mesh)
 
@@ -110,15 +102,14 @@ def _require_constants(file: str, tags: Mapping[str, str], names: Sequence[str])
                          "files in config/: RBC.xml, PLT.xml, WBC.xml")
 
 
-def _links(file: str, vertices: int) -> List[str]:
+def _require_links(file: str, vertices: int) -> None:
     """The pairs in `<InnerEdges>`. HemoCell reads vertices of any number, also where the cell has none. Raises InputError"""
-    links = [(one.text or "").strip() for one in xml.etree.ElementTree.parse(file).getroot().iterfind("MaterialModel/InnerEdges/*")]
-    for link in links:
+    for one in xml.etree.ElementTree.parse(file).getroot().iterfind("MaterialModel/InnerEdges/*"):
+        link = (one.text or "").strip()
         ends = {int(end) for end in link.split() if re.fullmatch("[0-9]{1,9}", end)}
         if len(link.split()) != 2 or len(ends) != 2 or max(ends) >= vertices:
             raise InputError(f"{file}: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to {vertices - 1}, as HemoCell builds "
                              f"this cell with {vertices}")
-    return links
 
 
 def _is_number(text: str) -> bool:

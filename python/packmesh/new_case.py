@@ -41,6 +41,7 @@ _LEAST_ENVELOPE = 12.0  # below which HemoCell warns [µm]
 _DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
 _MATERIAL = 2e-6  # time between two computations of membranes' forces, as in HemoCell's examples; a quarter of it between those of velocities [s]
 _MOST_STEPS = 20  # between them
+_STABLE = 0.6  # largest spacing at which these times are stable: above it, forces of platelets grow to 170 pN unless all is computed at each iteration [µm]
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
 _MOST_RANGES = 8  # of numbers of ranks that are printed
 _MOST_ITERATIONS = 2**32 - 1  # HemoCell reads an unsigned int
@@ -351,7 +352,7 @@ class _Maker:
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
                  f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
-        steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt)))
+        steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt))) if self._shape.dx <= _STABLE else 1
         velocities = max(1, steps // 4)
         self._kinds |= {"pos" if pos or not packing else "plugin", "series" if len(seeds) > 1 else "single", "cells" if packing else "plasma"}
         self._words = {

@@ -42,6 +42,7 @@ struct PythonLumen {
   Lumen lumen;
   std::unique_ptr<const WallDepth> depth;   ///< nullptr: no wall
   std::optional<std::array<int, 3>> nodes;  ///< of the lattice of the case, unless it is only assumed
+  double volume = 0.0;                      ///< to which the hematocrit of the case refers [µm³]
 };
 
 py::tuple tupleOf(const Box& box) {
@@ -70,6 +71,8 @@ std::unique_ptr<PythonLumen> lumenOf(const std::filesystem::path& config) {
       return request;
     }());
     made->lumen = flowLumen(completed);
+    made->volume =
+        completed.request.fluidVolume ? made->lumen.fluidVolume() : made->lumen.container->volume();
     const std::optional<ContainerRequest>& body = completed.request.container;
     if (made->lumen.lattice && (!body || body->nodes || completed.simulation->domain.boxNodes))
       made->nodes = made->lumen.lattice->nodes();
@@ -328,7 +331,7 @@ void addRunAnalysis(py::module_& module) {
       .def_property_readonly("period",
                              [](const PythonLumen& self) { return vectorOf(self.lumen.container->period()); })
       .def_property_readonly("nodes", [](const PythonLumen& self) { return self.nodes; })
-      .def_property_readonly("volume", [](const PythonLumen& self) { return self.lumen.container->volume(); })
+      .def_readonly("volume", &PythonLumen::volume)
       .def_property_readonly("description",
                              [](const PythonLumen& self) { return self.lumen.container->describe(); })
       .def_property_readonly(

@@ -58,19 +58,21 @@ TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[e
   const auto cells = [](const std::string& text) {
     return [=](const fs::path& in) { writeText(in / "WBC.pos", text); };
   };
-<<<<<<< HEAD
-  requireRefused(folder, {{asked + "WBC.pos", 2, "cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap",
-                           cells("2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n")},
-                          {asked + "WBC.pos", 2, "cell 1 of 'WBC' is fixed, but", cells("1\n12 1 7 0 0 0\n")},
-                          {asked + "none.pos", 2, "none.pos: no such file"}});
-=======
   requireRefused(
       folder,
       {{asked + "WBC.pos", 2, "cell 1 of 'WBC' and cell 2 of 'WBC', which stay where they are, overlap",
         cells("2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n")},
        {asked + "WBC.pos", 2, "cell 1 of 'WBC', which stays where it is,", cells("1\n12 1 7 0 0 0\n")},
-       {asked + "none.pos", 2, "none.pos: no such file"}});
->>>>>>> fix
+       {asked + "none.pos", 2, "none.pos: no such file"},
+       {"config.xml --rbc 3 --wbc 1", 2, "<InnerEdges> links the vertices 3 and 641; the last one is ",
+        [](const fs::path& in) {
+          writeText(
+              in / "WBC.xml",
+              cellXml("WBC", 4.0, 200,
+                      "<kLink> 15 </kLink><kBend> 80 </kBend><kVolume> 20 </kVolume><kArea> 5 </kArea>"
+                      "<kInnerRigid> 75 </kInnerRigid><kCytoskeleton> 25 </kCytoskeleton><coreRadius> 2e-6 "
+                      "</coreRadius><InnerEdges><Edge> 3 641 </Edge></InnerEdges>"));
+        }}});
 }
 
 TEST_CASE("Cells beyond the number that a file announces are ignored, as by HemoCell", "[executable]") {
