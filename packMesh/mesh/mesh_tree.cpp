@@ -178,19 +178,24 @@ class TreeBuilder {
 
     // Centre of the slab; in its plane, the centre of a small circle (moves towards the furthest point: M.
     // Badoiu, K. Clarkson, SODA 2003).
-    Box along;
-    forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(stored.dot(v - mean))); });
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    forEachCorner(patch, [&](const Vec3& v) {
+      const double along = stored.dot(v - mean);
+      low = std::min(low, along);
+      high = std::max(high, along);
+    });
     Vec3 center = mean;
     for (int step = 1; step <= steps; ++step) {
       Vec3 furthest = center;
       double most = 0.0;
       forEachCorner(patch, [&](const Vec3& v) {
         const Vec3 offset = v - center, across = offset - stored.dot(offset) * stored;
-        if (across.squaredNorm() > most) most = across.squaredNorm(), furthest = center + across;
+        const double squared = across.squaredNorm();
+        if (squared > most) most = squared, furthest = center + across;
       });
       center += (furthest - center) / (step + 1);
     }
-    center += (along.center()[0] - stored.dot(center - mean)) * stored;
+    center += (0.5 * (low + high) - stored.dot(center - mean)) * stored;
     for (int k = 0; k < 3; ++k) center[k] = quad.discs.center[k][lane] = static_cast<float>(center[k]);
 
     double half = 0.0, radius = 0.0, reach = 0.0;
