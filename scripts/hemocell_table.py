@@ -252,7 +252,7 @@ def run(options, prefix, program, name, hematocrit, iterations, ranks, work):
             result["complaint"] = complaint
             if options.road == "files":
                 return result
-    environment = dict(os.environ, PROBE_ROAD=options.road, PROBE_ITERATIONS=str(iterations), OMPI_MCA_rmaps_base_oversubscribe="1")
+    environment = dict(os.environ, PROBE_ROAD=options.road, PROBE_ITERATIONS=str(iterations), OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe")
     environment["OMPI_MCA_mpi_yield_when_idle"] = "1"  # HemoCell's set-up sends a message per node
     with (case / "log.txt").open("w") as log:
         running = subprocess.Popen(["mpirun", "-n", str(ranks), str(program), "config.xml"], cwd=case, env=environment,

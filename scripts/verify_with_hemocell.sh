@@ -53,6 +53,7 @@ grep -q '<tmax>' "$config" || fail 2 "$config has no <tmax>, so the case cannot 
 
 ranks=1
 if grep -q '<preInlet' "$config"; then ranks=2; fi
+export PRTE_MCA_rmaps_default_mapping_policy=${PRTE_MCA_rmaps_default_mapping_policy-:oversubscribe}
 export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe-1}  # on one processor, too
 
 work=$(mktemp -d)

@@ -182,13 +182,13 @@ TriangleMesh meshByPython(const std::filesystem::path& file) {
 
 }  // namespace
 
-const StateTable* MemoryInput::find(const std::string& name) const {
+const StateTable* MemoryInput::find(std::string_view name) const {
   for (const StateTable& table : tables)
     if (table.name == name) return &table;
   return nullptr;
 }
 
-const StateTable& MemoryInput::table(const std::string& name, int columns) const {
+const StateTable& MemoryInput::table(std::string_view name, int columns) const {
   const StateTable* const found = find(name);
   if (!found || found->columns != columns || found->values.size() % std::size_t(columns) != 0)
     throw InputError(fmt::format("{}: expected a table {} with {} columns", what, name, columns));

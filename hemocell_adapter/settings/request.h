@@ -50,9 +50,9 @@ struct MemoryInput {
   std::string what;  ///< the setting, with which messages begin (messages.h)
   std::vector<StateTable> tables;
 
-  const StateTable* find(const std::string& name) const;  ///< nullptr: there is none
+  const StateTable* find(std::string_view name) const;  ///< nullptr: there is none
   /// @throws InputError if there is none, or none with so many columns
-  const StateTable& table(const std::string& name, int columns) const;
+  const StateTable& table(std::string_view name, int columns) const;
 };
 /// By their keys.
 using MemoryInputs = std::map<std::string, std::shared_ptr<const MemoryInput>>;

@@ -45,6 +45,10 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message} ({self.prog} --help)")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """From Python 3.13 on that of argparse is silent about full disks."""
+        (file or sys.stderr).write(message)
+
 
 def number(least: float, most: float, what: str) -> Callable[[str], float]:
     """Of an argument: `what` in a range."""

@@ -70,12 +70,12 @@ py::object objectOf(const Json& json) {
   if (json.is_array()) {
     py::list all;
     for (const Json& one : json) all.append(objectOf(one));
-    return std::move(all);
+    return all;
   }
   if (!json.is_object()) return py::none();
   py::dict all;
   for (const auto& [key, one] : json.items()) all[py::str(key)] = objectOf(one);
-  return std::move(all);
+  return all;
 }
 
 /// "wall_clearance" of "wallClearance".

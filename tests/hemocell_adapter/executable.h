@@ -4,7 +4,6 @@
 
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -75,9 +75,10 @@ inline int cellsIn(const std::filesystem::path& file) {
 inline std::string onRanks(int ranks, int grace = 0) {
   return "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
          "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 "
+         "PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe "
          "OMPI_MCA_odls_base_sigkill_timeout=" +
-         std::to_string(grace) + " timeout " + std::to_string(timeout / 2) + " mpirun -n " +
-         std::to_string(ranks);
+         std::to_string(grace) + " PRTE_MCA_odls_base_sigkill_timeout=" + std::to_string(grace) +
+         " timeout " + std::to_string(timeout / 2) + " mpirun -n " + std::to_string(ranks);
 }
 
 }  // namespace packmesh::test

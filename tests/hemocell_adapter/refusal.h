@@ -2,7 +2,6 @@
 /// @file What the program refuses, without starting it.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <functional>
 #include <iomanip>
@@ -18,6 +17,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 namespace packmesh::test {
 
@@ -66,7 +66,7 @@ inline void requireRefused(const TemporaryFolder& folder, const std::vector<Refu
     const Refusal refusal = refused(folder.path(), row.arguments);
     INFO("packMesh " << row.arguments.substr(0, 300) << "\n" << refusal.message.substr(0, 2000));
     CHECK(refusal.exitCode == row.exitCode);
-    CHECK_THAT(refusal.message, Catch::Matchers::Contains(row.message));
+    CHECK_THAT(refusal.message, Contains(row.message));
     CHECK(folder.files() == before);
   }
 }

@@ -212,7 +212,7 @@ def test_gsd(packed):
     """Read by the package gsd: boxes are around the origin, quaternions have the scalar first (its schema "hoomd")."""
     hoomd = pytest.importorskip("gsd.hoomd")
     folder, meshes, high, period, _ = packed
-    with hoomd.open(str(folder / "cells.gsd"), "rb") as file:
+    with hoomd.open(str(folder / "cells.gsd")) as file:
         assert len(file) == 1
         frame = file[0]
     particles = frame.particles

@@ -27,9 +27,8 @@ RANKS = [1, 2]  # --ranks
 RED = 81.1163  # volume of HemoCell's red cell [µm³]
 JOBS = {}
 ON_RANKS = set()
-ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-               "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
-               "OMPI_MCA_odls_base_sigkill_timeout": "0"}  # a second of grace is waited for, whether ranks need it or not
+# A second of grace is waited for, whether ranks need it or not.
+ENVIRONMENT = {**os.environ, "OMPI_MCA_odls_base_sigkill_timeout": "0", "PRTE_MCA_odls_base_sigkill_timeout": "0"}
 
 
 class Failed(Exception):

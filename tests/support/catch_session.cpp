@@ -2,8 +2,7 @@
 // Catch itself, compiled once for all programs that contain tests.
 #define CATCH_CONFIG_RUNNER
 #include "tests/support/catch_session.h"
-
-#include <catch2/catch.hpp>
+#include "tests/support/catch.h"
 
 int packmesh::test::runTests(int argc, char** argv) {
   return Catch::Session().run(argc, argv);

@@ -2,16 +2,15 @@
 // packMesh check, with the real executable.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE("check tests the requested clearances", "[executable]") {

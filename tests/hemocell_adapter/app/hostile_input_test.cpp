@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <functional>
 #include <regex>
 
@@ -13,11 +12,11 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/io/sealed_file.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::hemocell::parseCommandLine;
 using packmesh::hemocell::UsageError;
 namespace fs = std::filesystem;

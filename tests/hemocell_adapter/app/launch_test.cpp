@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // The executable as launchers start it whose tasks MPI does not connect, and its threads.
-#include <catch2/catch.hpp>
 
 #include "tests/hemocell_adapter/executable.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

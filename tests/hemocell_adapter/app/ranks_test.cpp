@@ -4,15 +4,14 @@
 
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "hemocell_adapter/settings/request.h"
 #include "tests/hemocell_adapter/executable.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::hemocell::hasCat;
 namespace fs = std::filesystem;
 

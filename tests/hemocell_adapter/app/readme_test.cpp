@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What the README repeats of the program must be what the program says.
 #include <algorithm>
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "tests/hemocell_adapter/executable.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 TEST_CASE("README and help list the exit codes", "[readme]") {
   std::string readme = test::readText(std::string(test::sourceFolder) + "/README.md"), help = helpText(false);

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Several packings in one run, with the real executable.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE("Realisations differ by their seeds and have separate folders", "[executable]") {

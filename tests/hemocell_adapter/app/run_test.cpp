@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/app/run.h"
@@ -16,10 +15,10 @@
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/write_mesh.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::temporaryName;
 using packmesh::hemocell::ExitCode;
 namespace fs = std::filesystem;
@@ -125,7 +124,6 @@ TEST_CASE("A folder created by a run that wrote nothing is removed") {
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[executable]") {
   const SampleCase folder;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <utility>
 #include <vector>
 
 #include "hemocell_adapter/base/messages.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::hemocell;
 

@@ -3,12 +3,12 @@
 
 #include <mpi.h>
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 
 #include "hemocell_adapter/base/messages.h"
 #include "packMesh/core/error.h"
 #include "packMesh/parallel/communicator.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -38,7 +38,7 @@ TEST_CASE("Ranks have one thread where MPI was initialised for one", "[mpi]") {
       continue;
     }
     CHECK_THROWS_AS(makeThreads(3, ranks), UsageError);
-    CHECK_THROWS_WITH(makeThreads(3, ranks), Catch::Contains("MPI_Init_thread") && Catch::Contains("3"));
+    CHECK_THROWS_WITH(makeThreads(3, ranks), Contains("MPI_Init_thread") && Contains("3"));
     setenv("OMP_NUM_THREADS", "4", 1);
     CHECK(makeThreads({}, ranks).count() == 1);
     unsetenv("OMP_NUM_THREADS");

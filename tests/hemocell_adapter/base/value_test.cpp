@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/base/value.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 
@@ -74,7 +73,7 @@ TEST_CASE("Cell names mean nothing else to spreadsheets, to readers of tables an
     CAPTURE(bad);
     CHECK_FALSE(isCellName(bad));
     CHECK_THROWS_WITH(parseValue(spec(Kind::name), std::string("x") + bad + "/"),
-                      Catch::Contains("a cell name of at most"));
+                      Contains("a cell name of at most"));
   }
 }
 

@@ -2,17 +2,16 @@
 // catCells, as users run it.
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
 #include <cstdlib>
 
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/write_mesh.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

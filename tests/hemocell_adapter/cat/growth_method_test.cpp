@@ -2,16 +2,14 @@
 // --method cat, with the real executable.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does not fit the method",
           "[executable]") {

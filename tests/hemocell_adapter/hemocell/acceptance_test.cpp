@@ -2,7 +2,6 @@
 #include "hemocell_adapter/hemocell/acceptance.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +17,7 @@
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/hemocell_adapter/tube.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/hemocell/case.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/executable.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {
@@ -142,7 +141,6 @@ TEST_CASE("All C++ files beside config.xml are read", "[case_source]") {
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -11,13 +10,13 @@
 #include <sstream>
 
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 namespace fs = std::filesystem;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -2,7 +2,6 @@
 // Against meshes dumped from HemoCell itself. They are not part of the repository; run with
 //   PACKMESH_HEMOCELL_GOLDEN=<folder> unit_tests "[golden]"
 // The committed tests/data/templates.txt was made from templates that passed this test.
-#include <catch2/catch.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -10,6 +9,7 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "tests/hemocell_adapter/off_text.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

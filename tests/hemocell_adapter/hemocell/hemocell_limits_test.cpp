@@ -2,15 +2,14 @@
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 
 #include <fmt/format.h>
-#include <catch2/catch.hpp>
 
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("More cells than HemoCell can number require limits on two axes", "[hemocell_limits]") {
   CHECK_FALSE(cellNumberWarning(0, {}));

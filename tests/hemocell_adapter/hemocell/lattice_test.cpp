@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/lattice.h"
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
 #include <random>
 
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/tube.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <array>
-#include <catch2/catch.hpp>
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;

@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -12,13 +11,13 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/problem/physics.h"
+#include "tests/support/catch.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 namespace fs = std::filesystem;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells of other shapes than HemoCell's own, with the real executable.
-#include <catch2/catch.hpp>
 
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("User-defined cells are packed", "[executable]") {
   const SampleCase folder;

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/units.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/container/primitives.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE("Spacings that do not resolve cells give a warning with the likely factor", "[units]") {

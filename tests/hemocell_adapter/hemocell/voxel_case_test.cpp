@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cases whose STL does not end in planes across x: HemoCell fills them, and so does packMesh.
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "hemocell_adapter/settings/request.h"
 #include "tests/hemocell_adapter/refusal.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::hemocell::hasCat;
 namespace fs = std::filesystem;
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/voxel_distance.h"
 
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdio>
 #include <random>
 
 #include "hemocell_adapter/hemocell/acceptance.h"
 #include "tests/hemocell_adapter/tube.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

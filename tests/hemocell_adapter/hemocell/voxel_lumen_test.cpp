@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
 #include "packMesh/core/error.h"
 #include "packMesh/problem/physics.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

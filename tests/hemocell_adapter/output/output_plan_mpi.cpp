@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
 #include <optional>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/output/output_plan.h"
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 #include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

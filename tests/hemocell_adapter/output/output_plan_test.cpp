@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What runs write, and where.
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/output/output_plan.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -2,13 +2,11 @@
 // Outputs and what the run has read, with the real executable.
 #include "hemocell_adapter/output/outputs.h"
 
-#include <catch2/catch.hpp>
-
 #include "hemocell_adapter/base/exit_codes.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::hemocell::ExitCode;
 namespace fs = std::filesystem;
 

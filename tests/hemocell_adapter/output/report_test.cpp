@@ -3,17 +3,16 @@
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "hemocell_adapter/settings/settings_table.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

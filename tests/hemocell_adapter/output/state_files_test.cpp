@@ -2,7 +2,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -17,12 +16,12 @@
 #include "packMesh/packing/state_file.h"
 #include "tests/hemocell_adapter/executable.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE("Files in the folder of a state are found where the state is") {
@@ -118,7 +117,6 @@ TEST_CASE("A state is continued after its folder was moved, and names no place o
 // Runs that are ended by signals, and go on.
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 using packmesh::readStateHead;
 using packmesh::hemocell::ExitCode;
 using packmesh::hemocell::hasCat;

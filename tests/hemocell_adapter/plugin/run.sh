@@ -4,8 +4,7 @@
 #   run.sh <test> <stand_in_case> <write_templates> <packMesh> <mpiexec> <cells' XML folder> <scratch folder>
 set -euo pipefail
 test=$1 stand_in=$2 templates=$3 program=$4 mpiexec=$5 xml=$6 scratch=$7
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
-export OMPI_MCA_odls_base_sigkill_timeout=0  # [s] that mpirun waits before it kills the others when a rank has failed, whether they end or not
+export OMPI_MCA_odls_base_sigkill_timeout=0 PRTE_MCA_odls_base_sigkill_timeout=0  # [s] that mpirun waits before it kills the others when a rank has failed, whether they end or not
 await_all=$(realpath "$(dirname "$program")/await_all")
 rm -rf "$scratch"
 mkdir -p "$scratch"

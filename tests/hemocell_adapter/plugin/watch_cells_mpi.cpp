@@ -3,12 +3,10 @@
 // such cells.
 #include <mpi.h>
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/hemocell_system.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::plugin;
-using Catch::Matchers::Contains;
 
 TEST_CASE("Cells that a pre-inlet sends again under another number are counted", "[watch_cells]") {
   MPI_Comm self = MPI_COMM_SELF;

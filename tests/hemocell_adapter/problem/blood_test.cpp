@@ -2,10 +2,10 @@
 // Cells that are added to flowing blood.
 #include "hemocell_adapter/problem/blood.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -3,15 +3,13 @@
 #include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/base/messages.h"
 
-#include <catch2/catch.hpp>
-
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/problem/counts.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

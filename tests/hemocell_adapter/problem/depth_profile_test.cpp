@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Hematocrit in a tube and of the blood that leaves it.
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
@@ -8,12 +7,12 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("The Fåhraeus relation of Pries et al. 1990 and its inverse", "[profile]") {
   // By hand: D = 50 µm: 0.45 (0.45 + 0.55 (1 + 1.7 e^-20.75 - 0.6 e^-0.55)).

@@ -3,20 +3,19 @@
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/base/messages.h"
 
-#include <catch2/catch.hpp>
 #include <regex>
 
 #include "hemocell_adapter/session/clearance_search.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vessels.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

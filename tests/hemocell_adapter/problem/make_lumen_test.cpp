@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

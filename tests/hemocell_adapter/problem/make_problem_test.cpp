@@ -2,7 +2,6 @@
 // Problems that are made of requests.
 #include "hemocell_adapter/problem/make_problem.h"
 
-#include <catch2/catch.hpp>
 #include <numeric>
 #include <optional>
 
@@ -13,11 +12,11 @@
 #include "packMesh/packing/pack.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

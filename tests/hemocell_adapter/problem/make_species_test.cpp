@@ -2,15 +2,13 @@
 // Species of plans, and shapes of the cells that have meshes of their own.
 #include "hemocell_adapter/problem/make_species.h"
 
-#include <catch2/catch.hpp>
-
 #include "hemocell_adapter/problem/counts.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

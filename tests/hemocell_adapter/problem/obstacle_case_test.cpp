@@ -2,12 +2,10 @@
 // Cases that build obstacles in C++: which nodes are solid.
 #include <fmt/format.h>
 
-#include <catch2/catch.hpp>
-
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles overlap",
           "[executable][obstacles]") {

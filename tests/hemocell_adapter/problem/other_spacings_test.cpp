@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // One packing that HemoCell keeps at several lattice spacings, by the model of its loader.
-#include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are there already, with the real executable.
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -2,17 +2,16 @@
 // Regions with a hematocrit of their own, axes and layers, with the real executable.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE("Regions have their own hematocrit, axes their direction, walls their layer", "[executable]") {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Soft cells, with the real executable.
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

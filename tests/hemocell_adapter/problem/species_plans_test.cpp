@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // The species to pack, of requests.
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "hemocell_adapter/settings/packing_section.h"
 #include "hemocell_adapter/settings/request_json.h"
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -2,12 +2,12 @@
 // ClearanceSearch to pack a problem with more clearance than demanded.
 #include "hemocell_adapter/session/clearance_search.h"
 
-#include <catch2/catch.hpp>
 #include <memory>
 
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -75,7 +75,7 @@ TEST_CASE("The remaining time of soft cells follows from what is left and what w
   CHECK_FALSE(progress.remaining(at(10, 90), 5.0));  // the first one
   CHECK(progress.remaining(at(20, 60), 9.0) == Approx(60 * 4.0 / 10));
   CHECK(progress.remaining(at(50, 10), 25.0) == Approx(10 * 20.0 / 40));
-  CHECK_THAT(progress.text(at(50, 10), 25.0), Catch::Matchers::Contains("at least 5 s left"));
+  CHECK_THAT(progress.text(at(50, 10), 25.0), Contains("at least 5 s left"));
   CHECK_FALSE(progress.remaining(at(60, 0), 30.0));
   CHECK_FALSE(progress.remaining(at(10, 90), 31.0));  // another attempt
   CHECK(progress.remaining(at(20, 80), 41.0) == Approx(80.0));

@@ -3,19 +3,18 @@
 // executable.
 #include "hemocell_adapter/session/examination.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/session/in_memory.h"
 #include "packMesh/container/primitives.h"
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -2,7 +2,6 @@
 // Packings in memory against what the executable writes. Python's side of it: tests/python.
 #include "hemocell_adapter/session/in_memory.h"
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -13,11 +12,11 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 namespace {
 

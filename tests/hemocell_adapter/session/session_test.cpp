@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -12,11 +11,11 @@
 #include "packMesh/core/error.h"
 #include "packMesh/packing/state_file.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 TEST_CASE("A problem that does not fit into memory is rejected with figures") {
   const Communicator alone;
@@ -36,7 +35,6 @@ TEST_CASE("A problem that does not fit into memory is rejected with figures") {
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 
 TEST_CASE("Columns are repeated, and the state of the result is that of the large box", "[executable]") {
   const TemporaryFolder folder;
@@ -73,8 +71,6 @@ TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
 }
 
 // Sessions, without a process: what they make, hand out and refuse.
-
-using Catch::Matchers::Contains;
 
 namespace {
 

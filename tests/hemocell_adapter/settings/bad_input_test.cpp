@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What users get wrong: what is refused in this process, the rest with the real executable.
-#include <catch2/catch.hpp>
 #include <functional>
 
 #include "tests/hemocell_adapter/refusal.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::test;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/settings/command_line.h"
 
-#include <catch2/catch.hpp>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -10,9 +9,9 @@
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/request_json.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

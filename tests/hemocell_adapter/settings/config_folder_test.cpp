@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // The files of config/ that users copy.
-#include <catch2/catch.hpp>
 
 #include "hemocell_adapter/base/xml_tags.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/settings/packing_section.h"
 #include "packMesh/packing/packing_problem.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 
 using namespace packmesh;

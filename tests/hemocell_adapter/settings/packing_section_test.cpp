@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/settings/packing_section.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -2,10 +2,10 @@
 #include "packMesh/analysis/cell_measures.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/packing/packing_problem.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/analysis/profiles.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/packing/packing_problem.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

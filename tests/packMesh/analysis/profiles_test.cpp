@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -9,6 +8,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/packing/packing_problem.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/cat/cat_scenes.h"
 #include "tests/packMesh/cat/convex_clip.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::test;

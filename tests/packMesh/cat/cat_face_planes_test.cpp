@@ -3,7 +3,6 @@
 
 #include <sys/wait.h>
 
-#include <catch2/catch.hpp>
 #include <cerrno>
 #include <fstream>
 #include <limits>
@@ -11,6 +10,7 @@
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/growth.h"
 #include "packMesh/certificate/certifier.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/tetgen_stand_in.h"
@@ -158,7 +158,7 @@ TEST_CASE("If TetGen fails, the planes are those of all nearby cells") {
   for (std::size_t i = 0; i < planes.size(); ++i) CHECK(planes[i].size() == chords[i].size());
   CHECK(sums.failures == 1);
   CHECK(sums.attempts == tetgenVariants);
-  CHECK_THAT(sums.lastFailure, Catch::Contains("TetGen gave up") && Catch::Contains("3 attempts"));
+  CHECK_THAT(sums.lastFailure, Contains("TetGen gave up") && Contains("3 attempts"));
   packing.planes(CatFacePlanes(packing.problem.physics, packing.execution, sums, 1), 0.5);
   CHECK(sums.failures == 1);
   CHECK(sums.attempts > tetgenVariants + 1);
@@ -202,7 +202,7 @@ TEST_CASE("If all runs are killed, the planes are those of chords, and the signa
   SideBySide both;
   const auto planes = both.planes("kill -9 $$");
   CHECK(both.sums.failures == 2);
-  CHECK_THAT(both.sums.lastFailure, Catch::Contains("was ended by signal 9 (Killed)"));
+  CHECK_THAT(both.sums.lastFailure, Contains("was ended by signal 9 (Killed)"));
   ChordPlanes chords(both.packing.problem.physics);
   for (int half = 0; half < 2; ++half)
     CHECK(countOf(planes[half]) == countOf(test::constraintsFor(chords, both.requests[half])));
@@ -217,7 +217,7 @@ TEST_CASE("Runs that never answer are stopped, whichever thread waits for them")
                               "\nexec sleep 100000"
                         : "exec sleep 100000");
     CHECK(both.sums.failures >= 1);
-    CHECK_THAT(both.sums.lastFailure, Catch::Contains("it was stopped"));
+    CHECK_THAT(both.sums.lastFailure, Contains("it was stopped"));
     CHECK_FALSE(hasChildren());
   }
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_settings.h"
 
-#include <catch2/catch.hpp>
 #include <limits>
 
 #include "packMesh/core/error.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

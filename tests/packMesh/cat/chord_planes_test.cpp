@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/chord_planes.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"

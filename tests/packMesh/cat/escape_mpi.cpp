@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/escape.h"
 
-#include <catch2/catch.hpp>
-
 #include "tests/packMesh/cat/escape_scene.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

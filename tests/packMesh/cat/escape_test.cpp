@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <numeric>
 #include <random>
 
@@ -11,6 +10,7 @@
 #include "tests/packMesh/cat/escape_scene.h"
 #include "tests/support/bodies.h"
 #include "tests/support/cat.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 
 using namespace packmesh;

@@ -2,13 +2,13 @@
 #include "packMesh/cat/cat_face_planes.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/cat/cat_scenes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::test;

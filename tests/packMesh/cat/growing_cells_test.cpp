@@ -2,9 +2,9 @@
 #include "packMesh/cat/growing_cells.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
 
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 

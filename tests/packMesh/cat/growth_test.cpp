@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/growth.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/cat/chord_planes.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
@@ -176,14 +175,14 @@ TEST_CASE("Growth rejects an invalid initial state and names the cells") {
   std::vector<Body> overlapping = run.state;
   overlapping[2].setPose(overlapping[0].pose());
   CHECK_THROWS_WITH(grow(run.physics, run.execution, run.settings, chords, {}, overlapping, run.statistics),
-                    Catch::Contains("cells 0 and 2 overlap"));
+                    Contains("cells 0 and 2 overlap"));
   Run walled({test::redCellShape()}, makeSphere(Vec3::Zero(), 10.0), {3});
   walled.seed();
   ChordPlanes walledChords(walled.physics);
   walled.state[1].position = Vec3(9.9, 0.0, 0.0);
   CHECK_THROWS_WITH(grow(walled.physics, walled.execution, walled.settings, walledChords, {}, walled.state,
                          walled.statistics),
-                    Catch::Contains("cell 1 meets the wall"));
+                    Contains("cell 1 meets the wall"));
 }
 
 TEST_CASE("A relaxation at a scale gives a valid state of that scale or changes nothing") {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/levels_of_detail.h"
 
-#include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/self_intersection.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

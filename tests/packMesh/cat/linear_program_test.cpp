@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/growth_program.h"
+#include "tests/support/catch.h"
 
 #include <glpk.h>
 
-#include <catch2/catch.hpp>
 #include <random>
 
 using packmesh::LinearProgram;

@@ -2,7 +2,6 @@
 #include "packMesh/cat/cat_face_planes.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -11,6 +10,7 @@
 #include "packMesh/relaxation/body.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/rooms.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/cat/cat_face_planes.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 

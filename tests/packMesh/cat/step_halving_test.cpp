@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/container/primitives.h"
+#include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/tetgen_run.h"
 
-#include <catch2/catch.hpp>
 #include <thread>
 #include <vector>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/process.h"
 #include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/tetgen_stand_in.h"
 
 using namespace packmesh;
-using Catch::Contains;
 using test::TetgenStandIn;
 
 namespace {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 #include <map>
 #include <set>
@@ -11,11 +10,10 @@
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/predicates.h"
 #include "tests/packMesh/cat/cat_scenes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
-using Catch::Contains;
-using Catch::EndsWith;
 
 namespace {
 
@@ -484,6 +482,6 @@ TEST_CASE("A tetrahedralisation can be stopped", "[tetrahedra]") {
   TetrahedraInput& input = scene.input;
   int polls = 0;
   input.stop = [&] { return ++polls > 1; };
-  REQUIRE_THROWS_WITH(tetrahedralise(input), Catch::Contains("it was stopped"));
+  REQUIRE_THROWS_WITH(tetrahedralise(input), Contains("it was stopped"));
   REQUIRE(polls == 2);
 }

@@ -2,7 +2,6 @@
 #include "packMesh/certificate/certificate.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <memory>
 #include <random>
@@ -13,6 +12,7 @@
 #include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

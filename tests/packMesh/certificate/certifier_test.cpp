@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -9,6 +8,7 @@
 #include "packMesh/container/primitives.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"
 

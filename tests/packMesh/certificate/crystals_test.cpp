@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -7,6 +6,7 @@
 #include <vector>
 
 #include "packMesh/mesh/mesh_intersection.h"
+#include "tests/support/catch.h"
 #include "tests/support/places.h"
 #include "tests/support/shapes.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/certificate/certifier.h"
@@ -9,6 +8,7 @@
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/blocks.h"
 #include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 

@@ -2,12 +2,12 @@
 #include "packMesh/certificate/shared_cells.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/parallel/blocks.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

@@ -3,7 +3,6 @@
 // numbered; and it tells pairs apart that are 1e-12 µm apart.
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -12,6 +11,7 @@
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Where a lumen ends, nothing is near what is at its other end; where it repeats, its ends are neighbours.
-#include <catch2/catch.hpp>
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/relaxation/relaxation.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
 #include "tests/support/walls.h"

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/obstacles.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

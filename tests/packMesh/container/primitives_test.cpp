@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/primitives.h"
 
-#include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Contains;
 using sample::moved;
 
 namespace {

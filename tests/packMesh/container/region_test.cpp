@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/region.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

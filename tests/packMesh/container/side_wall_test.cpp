@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Depths below the side wall, and the shells of a lumen.
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/container/obstacles.h"
@@ -8,6 +7,7 @@
 #include "packMesh/container/side_wall.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/random.h"
+#include "tests/support/catch.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/vessel.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/container/primitives.h"
@@ -11,9 +10,9 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Contains;
 using sample::moved;
 
 namespace {

@@ -3,13 +3,12 @@
 
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 TEST_CASE("Files are read entirely, and those that are invalid or endless are rejected by name") {
   const test::TemporaryFolder folder;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/core/random.h"
+#include "tests/support/catch.h"
 
-#include <catch2/catch.hpp>
 #include <vector>
 
 using namespace packmesh;

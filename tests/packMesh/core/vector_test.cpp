@@ -2,12 +2,12 @@
 // Packings of all versions have the same bytes, and those of the first were computed with Eigen, so that its
 // bits are asked for.
 #include "packMesh/core/vector.h"
+#include "tests/support/catch.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 #include <vector>

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <random>
@@ -10,11 +9,11 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/mesh/winding_number.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

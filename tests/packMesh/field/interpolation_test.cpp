@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
 
 #include "packMesh/field/interpolation.h"
 #include "packMesh/simd/lanes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

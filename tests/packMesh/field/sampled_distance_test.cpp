@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <limits>
 #include <random>
@@ -7,6 +6,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/field/sampled_distance.h"
+#include "tests/support/catch.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;
@@ -231,7 +231,7 @@ TEST_CASE("A sampled wall rejects a region too large for its table", "[container
   // 1.4 and 0.7 of the bricks there may be.
   const Box tooLarge{Vec3::Zero(), Vec3(1440.0, 1440.0, 1440.0)}, far{Vec3::Zero(), Vec3(3e6, 150.0, 3.0)};
   CHECK_THROWS_WITH(SampledDistance(*sphere->wall(), tooLarge, 0.25),
-                    Catch::Contains("distances in 1.44e+03 x 1.44e+03 x 1.44e+03 µm cannot be sampled"));
+                    Contains("distances in 1.44e+03 x 1.44e+03 x 1.44e+03 µm cannot be sampled"));
   CHECK_THROWS_AS(SampledDistance(*sphere->wall(), Box{Vec3::Zero(), Vec3::Constant(1e9)}, 0.25), InputError);
   CHECK(SampledDistance(*sphere->wall(), far, 0.25).sample(Vec3(0.0, 0.0, 1.0)).distance ==
         Approx(4.0).margin(0.02));

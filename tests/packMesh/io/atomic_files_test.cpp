@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -13,13 +12,11 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
+#include "tests/support/catch.h"
 #include "tests/support/full_disk.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
-using Catch::Matchers::EndsWith;
-using Catch::Matchers::StartsWith;
 
 TEST_CASE("Temporary names contain host and process and are never too long", "[io]") {
   const std::filesystem::path name = temporaryName("folder/state.h5", 7, "new");
@@ -51,7 +48,6 @@ TEST_CASE("Temporary files are told from those of targets with similar names", "
 
 using namespace packmesh;
 namespace fs = std::filesystem;
-using Catch::Matchers::Contains;
 
 TEST_CASE("AtomicFiles replaces all files or none", "[io]") {
   const test::TemporaryFolder folder;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <fstream>
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/sealed_file.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {
@@ -27,7 +26,7 @@ TEST_CASE("A seal identifies a file and detects any change of it") {
     REQUIRE(seal(file, {"thing", 3, "me"}).empty());
     const std::string sealed = test::readText(file);
     REQUIRE(sealed.size() == sealSize + size);
-    REQUIRE_THAT(sealed, Catch::Matchers::StartsWith("packMesh thing, version 3\nwritten by me\nXXH3 "));
+    REQUIRE_THAT(sealed, StartsWith("packMesh thing, version 3\nwritten by me\nXXH3 "));
     REQUIRE(requireSealed(file, "thing", 3, 3) == 3);
     REQUIRE(requireSealed(file, "thing", 2, 4) == 3);
     REQUIRE_THROWS_WITH(

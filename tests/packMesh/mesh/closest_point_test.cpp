@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
 
@@ -9,6 +8,7 @@
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/simd/triangle_candidates.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

@@ -6,7 +6,6 @@
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #endif
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -15,11 +14,11 @@
 #include "packMesh/core/error.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/write_mesh.h"
+#include "tests/support/catch.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

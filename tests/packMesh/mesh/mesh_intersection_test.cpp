@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_intersection.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
@@ -10,6 +9,7 @@
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

@@ -2,15 +2,14 @@
 #include "packMesh/mesh/mesh_repair.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <random>
 #include <set>
 
 #include "packMesh/mesh/neighbor_search.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/container/vessel.h"
@@ -10,9 +9,9 @@
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/openings.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 
@@ -93,7 +92,6 @@ TEST_CASE("Polygons that are not simple are rejected") {
 }
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

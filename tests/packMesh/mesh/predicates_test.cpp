@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/predicates.h"
 
-#include <catch2/catch.hpp>
 #include <random>
 
 #include "tests/packMesh/mesh/integer_oracle.h"
 #include "tests/packMesh/mesh/rational_oracle.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using test::IntegerPoint;

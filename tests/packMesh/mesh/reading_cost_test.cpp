@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Reading, repairing and preparing meshes takes steps in proportion to their triangles, also for degenerate
 // ones. Steps are counted by poll(), so that the tests do not depend on the speed of the machine.
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -15,10 +14,10 @@
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/write_mesh.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

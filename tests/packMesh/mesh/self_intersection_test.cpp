@@ -2,13 +2,13 @@
 #include <gmpxx.h>
 
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

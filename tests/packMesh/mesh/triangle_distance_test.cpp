@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/triangle_pair.h"
+#include "tests/support/catch.h"
 
 #include <Eigen/QR>
-#include <catch2/catch.hpp>
 #include <random>
 #include <vector>
 

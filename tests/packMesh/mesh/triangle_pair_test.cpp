@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -7,6 +6,7 @@
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/mesh/integer_oracle.h"
 #include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 using test::IntegerPoint;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "packMesh/container/region.h"
 #include "packMesh/packing/cell_placing.h"
 #include "packMesh/packing/pack.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
 #include "tests/support/vessels.h"

@@ -2,11 +2,11 @@
 #include "packMesh/packing/densest.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "packMesh/packing/attempt.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 

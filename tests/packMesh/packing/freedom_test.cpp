@@ -2,7 +2,6 @@
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <set>
 #include <tuple>
 
@@ -10,11 +9,11 @@
 #include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
+#include "tests/support/catch.h"
 #include "tests/support/engines.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

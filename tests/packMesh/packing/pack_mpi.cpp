@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/pack.h"
 
-#include <catch2/catch.hpp>
 #include <functional>
 #include <set>
 
@@ -11,6 +10,7 @@
 #include "tests/support/vessels.h"
 #if PACKMESH_CAT
 #include "tests/support/cat.h"
+#include "tests/support/catch.h"
 #endif
 
 using namespace packmesh;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <limits>
 #include <string>
@@ -12,10 +11,10 @@
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/relaxation/contact_kernels.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
-using Catch::Contains;
 using test::periodicCube;
 using test::redCellProblem;
 

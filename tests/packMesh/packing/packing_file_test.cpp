@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <hdf5.h>
 
-#include <catch2/catch.hpp>
 #include <sstream>
 
 #include "packMesh/core/error.h"
@@ -9,10 +8,10 @@
 #include "packMesh/packing/packing_file.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Contains;
 
 namespace {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -15,6 +14,7 @@
 
 #if PACKMESH_CAT
 #include "tests/support/cat.h"
+#include "tests/support/catch.h"
 #endif
 
 using namespace packmesh;
@@ -396,7 +396,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
     try {
       result = pack(problem);
     } catch (const InputError& error) {  // growth looks at what it begins with
-      REQUIRE_THAT(error.what(), Catch::Matchers::Contains("before growth"));
+      REQUIRE_THAT(error.what(), Contains("before growth"));
       continue;
     }
     REQUIRE(result.certificate.cells == result.cellCount);

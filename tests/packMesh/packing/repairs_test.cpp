@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/repairs.h"
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <string>
 
 #include "packMesh/core/tolerances.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

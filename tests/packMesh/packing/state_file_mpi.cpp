@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -8,6 +7,7 @@
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/state_file.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"

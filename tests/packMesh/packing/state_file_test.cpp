@@ -4,7 +4,6 @@
 #include <hdf5.h>
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -13,12 +12,12 @@
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_file.h"
 #include "packMesh/io/sealed_file.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <numeric>
 #include <random>
 #include <set>
 
 #include "packMesh/parallel/blocks.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

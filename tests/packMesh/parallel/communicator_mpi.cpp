@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <numeric>
 
 #include "packMesh/parallel/communicator.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

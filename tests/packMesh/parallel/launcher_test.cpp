@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "packMesh/parallel/launcher.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 
@@ -32,7 +32,6 @@ TEST_CASE("Numbers in the environment are read as a whole") {
 }
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "packMesh/parallel/threads.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

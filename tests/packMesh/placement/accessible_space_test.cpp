@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/placement/accessible_space.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/core/random.h"
 #include "packMesh/placement/placement.h"
+#include "tests/support/catch.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 #include "tests/support/vessels.h"

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/placement/lumen_cut.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/region.h"
 #include "packMesh/core/error.h"
 #include "packMesh/placement/placement.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
-using Catch::Matchers::Contains;
 
 namespace {
 

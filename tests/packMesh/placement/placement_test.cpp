@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <set>
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/placement/placement.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
@@ -190,14 +190,14 @@ TEST_CASE("Platelets fit between columns", "[packing]") {
 TEST_CASE("Columns are rejected where they are not possible", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.3);
   problem.physics.container = makeCylinder(Vec3(20, 20, 20), 2, 15, 40, true);
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("periodic along all axes"));
+  CHECK_THROWS_WITH(pack(problem), Contains("periodic along all axes"));
   problem = inColumns(40.0, 0.3);
   problem.physics.rotate = false;
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("rotations are disabled"));
+  CHECK_THROWS_WITH(pack(problem), Contains("rotations are disabled"));
   problem = inColumns(40.0, 0.3);
   problem.physics.species.push_back(problem.physics.species[0]);
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("another species does as well"));
+  CHECK_THROWS_WITH(pack(problem), Contains("another species does as well"));
   problem = inColumns(40.0, 0.3);
   problem.physics.species[0].freedom.cone = AxisCone{Vec3::UnitX(), 0.1};
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("orientation of its cells is constrained"));
+  CHECK_THROWS_WITH(pack(problem), Contains("orientation of its cells is constrained"));
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/problem/physics.h"
 
-#include <catch2/catch.hpp>
 #include <utility>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -7,6 +6,7 @@
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/relaxation/contact_kernels.h"
 #include "packMesh/relaxation/contact_solver.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

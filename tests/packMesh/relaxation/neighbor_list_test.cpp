@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <map>
 #include <numeric>
 #include <random>
@@ -9,6 +8,7 @@
 
 #include "packMesh/parallel/blocks.h"
 #include "packMesh/relaxation/neighbor_list.h"
+#include "tests/support/catch.h"
 
 using namespace packmesh;
 

@@ -2,13 +2,13 @@
 #include "packMesh/relaxation/relaxation.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <functional>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/placement/placement.h"
 #include "packMesh/relaxation/schedule.h"
+#include "tests/support/catch.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 

@@ -2,11 +2,11 @@
 #include "packMesh/relaxation/contact_kernels.h"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
 
 #include "packMesh/relaxation/contact_solver.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 #include "tests/support/walls.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
 #include "packMesh/shape/shape.h"
 #include "packMesh/shape/surface_distance.h"
+#include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"
 

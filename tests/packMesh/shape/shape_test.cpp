@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <array>
-#include <catch2/catch.hpp>
 #include <map>
 #include <random>
 #include <set>
 
 #include "packMesh/shape/shape.h"
 #include "packMesh/shape/surface_distance.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/shape/surface_distance.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/mesh/closest_point.h"
+#include "tests/support/catch.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

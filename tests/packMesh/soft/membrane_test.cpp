@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/soft/membrane.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/core/error.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/packMesh/soft/soft_meshes.h"
+#include "tests/support/catch.h"
 
 namespace packmesh {
 namespace {
@@ -152,8 +151,7 @@ TEST_CASE("platelets and white cells have links through the cell, of which those
   CHECK(ofLink(MembraneModel::whiteCell, 1.1) == 0.0);
   CHECK(ofLink(MembraneModel::highOrder, 1.1) == 0.0);
   MembraneConstants outside = constantsOf(MembraneModel::platelet);
-  CHECK_THROWS_WITH(Membrane(mesh, outside),
-                    Catch::Contains("an inner link between the vertices 0 and 5, of 4"));
+  CHECK_THROWS_WITH(Membrane(mesh, outside), Contains("an inner link between the vertices 0 and 5, of 4"));
 }
 
 TEST_CASE("a deformation states the largest changes", "[soft]") {
@@ -174,8 +172,7 @@ TEST_CASE("surfaces that are open, or have too many triangles, are no membranes"
   TriangleMesh open = sample::roundSphere(1);
   open.triangles.pop_back();
   CHECK_THROWS_AS(Membrane(open, {}), InputError);
-  CHECK_THROWS_WITH(Membrane(sample::sphere(Vec3::Zero(), 1.0, 130, 130), {}),
-                    Catch::Contains("at most 32767"));
+  CHECK_THROWS_WITH(Membrane(sample::sphere(Vec3::Zero(), 1.0, 130, 130), {}), Contains("at most 32767"));
 }
 
 }  // namespace

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/soft/soft_cells.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/pose.h"
 #include "tests/packMesh/soft/soft_meshes.h"
+#include "tests/support/catch.h"
 
 namespace packmesh {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 #include <cstring>
 #include <random>
 
 #include "packMesh/core/vector.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/soft/soft_kernels.h"
+#include "tests/support/catch.h"
 
 namespace packmesh {
 namespace {

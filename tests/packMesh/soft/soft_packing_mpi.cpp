@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <catch2/catch.hpp>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
@@ -7,6 +6,7 @@
 #include "packMesh/soft/soft_packing.h"
 #include "packMesh/soft/soft_shares.h"
 #include "tests/packMesh/soft/soft_meshes.h"
+#include "tests/support/catch.h"
 
 namespace packmesh {
 namespace {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/soft/soft_packing.h"
 
-#include <catch2/catch.hpp>
-
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/state_file.h"
 #include "tests/packMesh/soft/soft_meshes.h"
+#include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 
 namespace packmesh {
