@@ -45,10 +45,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message} ({self.prog} --help)")
 
-    def _print_message(self, message: str, file: Any = None) -> None:
-        """From Python 3.13 on that of argparse is silent about full disks."""
-        (file or sys.stderr).write(message)
-
 
 def number(least: float, most: float, what: str) -> Callable[[str], float]:
     """Of an argument: `what` in a range."""
@@ -96,12 +92,13 @@ def run(work: Callable[[], Any]) -> int:
 def _ended(work: Callable[[], Any]) -> Tuple[int, str]:
     """Exit code and message: the one place where errors become these."""
     try:
-        code = work() or 0
+        try:
+            code = work() or 0
+        except SystemExit as end:  # of --help
+            code = end.code if isinstance(end.code, int) else 0
         if sys.stdout is not None:
             sys.stdout.flush()
         return code, ""
-    except SystemExit as end:  # of --help
-        return (end.code if isinstance(end.code, int) else 0), ""
     except KeyboardInterrupt:
         return INTERRUPTED, ""
     except UsageError as failure:

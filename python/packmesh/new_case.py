@@ -31,7 +31,7 @@ from packmesh.case_cells import CaseCell, cells_of
 from packmesh.errors import Error, InfeasibleError, InputError, OutputError
 from packmesh.vessel_flow import Resistance, resistance_of
 from packmesh.vessel_lattice import PlacedVessel, placed
-from packmesh.vessel_plan import cost_of, narrowest_width, ranks_of
+from packmesh.vessel_plan import cost_of, membrane_steps, narrowest_width, ranks_of
 from packmesh.vessel_surface import Vessel, holes_of, microns, vessel_of
 
 Path = Union[str, "os.PathLike[str]"]
@@ -39,9 +39,6 @@ Path = Union[str, "os.PathLike[str]"]
 _NU, _RHO = 1.1e-6, 1025.0  # plasma in config.xml [m²/s], [kg/m³]
 _LEAST_ENVELOPE = 12.0  # below which HemoCell warns [µm]
 _DT = 4e5  # time step over dx² [s/m²]: a lattice viscosity of 0.44, as HemoCell's examples have
-_MATERIAL = 2e-6  # time between two computations of membranes' forces, as in HemoCell's examples; a quarter of it between those of velocities [s]
-_MOST_STEPS = 20  # between them
-_STABLE = 0.6  # largest spacing at which these times are stable: above it, forces of platelets grow to 170 pN unless all is computed at each iteration [µm]
 _FASTEST = 0.1  # largest velocity in lattice units at which HemoCell does not warn
 _MOST_RANGES = 8  # of numbers of ranks that are printed
 _MOST_ITERATIONS = 2**32 - 1  # HemoCell reads an unsigned int
@@ -352,15 +349,14 @@ class _Maker:
                  f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
                  f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
                  f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
-        steps = min(_MOST_STEPS, max(1, round(_MATERIAL / self._dt))) if self._shape.dx <= _STABLE else 1
-        velocities = max(1, steps // 4)
+        forces, velocities = membrane_steps(self._shape.dx, self._dt)
         self._kinds |= {"pos" if pos or not packing else "plugin", "series" if len(seeds) > 1 else "single", "cells" if packing else "plasma"}
         self._words = {
             "title": title, "version": _module().version(), "command": command_text,
             "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
             "envelope": self._envelope, "stress": f"{self._flow.stress:.3g}", "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
             "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
-            "material": steps // velocities * velocities, "particle": velocities}  # HemoCell refuses other than multiples
+            "material": forces, "particle": velocities}
         case_folder.write_case(folder, self._shape, self._cells, self._kinds, self._words, seeds)
 
     def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel) -> NewCase:

@@ -97,7 +97,10 @@ class Canvas:
         """Lit points, right, up and towards the eye [µm], shape (n, 3) each."""
         pixels = self.at(points)
         seen = np.flatnonzero(points[:, 2] > self.nearest[pixels])
-        seen = seen[np.argsort(points[seen, 2])]  # of the points of a pixel, the last is kept
+        seen = seen[np.argsort(points[seen, 2])]
+        last = np.empty(len(self.nearest), np.intp)
+        last[pixels[seen]] = seen
+        seen = seen[last[pixels[seen]] == seen]  # of the points of a pixel, the nearest
         normal, pixels = normals[seen], pixels[seen]
         lit = 0.30 + 0.72 * np.maximum(normal @ KEY, 0) + 0.22 * np.maximum(normal @ FILL, 0) + 0.12 * normal[:, 2]
         self.nearest[pixels] = points[seen, 2]

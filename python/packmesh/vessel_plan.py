@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""What a simulation in a vessel will need and meet: blocks of ranks, time and memory, the narrowest place on the way of the cells."""
+"""What a simulation in a vessel will need and meet: how often membranes are computed, blocks of ranks, time and memory, the narrowest place on the way of the cells."""
 from __future__ import annotations
 
 from typing import Any, List, Sequence, Tuple
@@ -13,6 +13,9 @@ SECONDS_PER_NODE, SECONDS_PER_VERTEX = 1.4e-7, 5.4e-7
 BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 410.0
 
 MOST_RANKS = 4096
+#: Time between two computations of membranes' forces, as in HemoCell's examples; a quarter of it between those of velocities [s]; iterations, at most.
+_FORCES_EVERY, _MOST_STEPS = 2e-6, 20
+_STABLE = 0.6  # largest spacing at which this is stable: above it, forces of platelets grow to 170 pN unless all is computed at each iteration [µm]
 _SAMPLES = 60_000  # nodes of the grid for the narrowest place
 
 
@@ -42,6 +45,14 @@ def ranks_of(nodes: Sequence[int], envelope: int) -> List[int]:
 
     most = int(np.prod([max(1, size // envelope) for size in nodes]))
     return [ranks for ranks in range(1, min(most, MOST_RANKS) + 1) if fits(ranks)]
+
+
+def membrane_steps(dx: float, dt: float) -> Tuple[int, int]:
+    """Iterations between two computations of the membranes' forces, and of vertices' velocities; HemoCell refuses forces at other than multiples of the latter.
+    dx: [µm], dt: [s]"""
+    steps = min(_MOST_STEPS, max(1, round(_FORCES_EVERY / dt))) if dx <= _STABLE else 1
+    velocities = max(1, steps // 4)
+    return steps // velocities * velocities, velocities
 
 
 def cost_of(nodes: int, vertices: int, iterations: float, ranks: int) -> Tuple[float, float]:

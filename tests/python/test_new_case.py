@@ -13,6 +13,7 @@ import pytest
 from conftest import SOURCE, write_off
 from forked_commands import output_of
 from packmesh import case_cells, case_folder, picture, quoting, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
+from packmesh.case_folder import picture_of
 from write_run import sphere
 
 TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
@@ -58,6 +59,12 @@ def write_stl(file, vertices, triangles):
     table["corners"] = vertices[triangles]
     file.write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + table.tobytes())
     return file
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch):
+    """They take most of the time of a case, and have a test of their own."""
+    monkeypatch.setattr(case_folder, "picture_of", lambda vessel: b"")
 
 
 @pytest.fixture(scope="module")
@@ -131,15 +138,6 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
     assert "    packmesh new-case tube.stl tube --hematocrit 0.2 --velocity 2.0\n" in (folder / "README.md").read_text()
     assert "PreInlet" not in (folder / "case.cpp").read_text()
-
-
-@pytest.mark.parametrize("dx", [0.25, 0.5, 0.6, 0.75, 1, 2])
-def test_forces_are_computed_when_vertices_move(dx, tmp_path):
-    """HemoCell ends if the steps between two computations of the membranes' forces are no multiple of those between velocities."""
-    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
-    packmesh.new_case(tmp_path / "tube.stl", tmp_path / "tube", dx=dx, hematocrit=0.1)
-    forces, velocities = tag(tmp_path / "tube", "ibm/stepMaterialEvery"), tag(tmp_path / "tube", "ibm/stepParticleEvery")
-    assert forces % velocities == 0 and forces / velocities >= 1 and 1.2e-6 < forces * tag(tmp_path / "tube", "domain/dt") < 2.5e-6 or forces in (1, 20)
 
 
 @pytest.mark.parametrize("drive", ["periodic", "inlet"])
@@ -441,7 +439,8 @@ def test_the_resistance_from_an_inlet_to_any_face(path, tmp_path):
     assert found.largest == pytest.approx(4 / (np.pi * 3**3), rel=0.01)
 
 
-@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)), ((3, 50, 20), (2, 50, 28)), ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))])
+@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)), *(pytest.param(*one, marks=pytest.mark.long) for one in (
+    ((3, 50, 20), (2, 50, 28)), ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))))])
 def test_side_branches_share_the_flow(along_y, along_z):
     """A trunk of 8 µm and two branches in parallel, by the law of Hagen and Poiseuille: the largest shear rate is in the branch whose flow is large for its width."""
     found = vessel_flow.resistance_of(fed(tee((4, 32), along_y, along_z), ["y+", "z+"]))
@@ -467,6 +466,7 @@ def test_branches_may_begin_in_a_flat_wall(noise):
     assert vessel_flow.resistance_of(shape).largest == pytest.approx(share * 4 * np.sqrt(np.pi) / 4**3, rel=0.05)
 
 
+@pytest.mark.long
 def test_nothing_flows_into_a_closed_side_branch():
     inside = tee((4, 32), (3, 50, 20), (2, 50, 28))
     found = vessel_flow.resistance_of(fed(inside, ["z+"]))
@@ -474,6 +474,7 @@ def test_nothing_flows_into_a_closed_side_branch():
     assert found.largest == pytest.approx(4 / (np.pi * 2**3), rel=0.06)  # the section of cubes is 3 % larger
 
 
+@pytest.mark.long
 def test_a_throat_is_found_in_a_long_side_branch():
     """The field hardly rises there, as another outlet is near to the fork."""
     y = (np.arange(480) + 0.5) * 0.25
@@ -553,6 +554,7 @@ def test_the_flow_is_stated_in_three_ways(tmp_path):
     assert fast.particle_envelope == 44 and fast.stress > 2
 
 
+@pytest.mark.long
 def test_the_narrowest_place_is_that_of_the_widest_way(tmp_path):
     output_of(["make-vessel", "stenosis", "vessel.stl", "--radius", "10", "--length", "60"], tmp_path)
     case = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1)
@@ -649,12 +651,10 @@ def test_realisations_differ_in_their_seeds(tmp_path):
     assert "for folder in realisation_*; do (cd $folder && packMesh config.xml && mpirun" in (tmp_path / "case/README.md").read_text()
 
 
-@pytest.mark.long
-def test_how_often_forces_are_computed(tmp_path):
-    write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
-    for dx, material, particle in ((0.5, 20, 5), (0.25, 20, 5), (0.6, 12, 3), (0.7, 1, 1), (1.0, 1, 1)):
-        packmesh.new_case(tmp_path / "tube.stl", tmp_path / f"{dx}", unit="um", dx=dx, hematocrit=0.1)
-        assert (tag(tmp_path / f"{dx}", "ibm/stepMaterialEvery"), tag(tmp_path / f"{dx}", "ibm/stepParticleEvery")) == (material, particle)
+@pytest.mark.parametrize("dx, steps", [(0.1, (20, 5)), (0.25, (20, 5)), (0.5, (20, 5)), (0.55, (16, 4)), (0.6, (12, 3)), (0.61, (1, 1)), (0.75, (1, 1)), (1, (1, 1)), (2, (1, 1))])
+def test_how_often_membranes_are_computed(dx, steps):
+    """Every 2 µs where that is stable."""
+    assert vessel_plan.membrane_steps(dx, 4e5 * (dx * 1e-6)**2) == steps
 
 
 def test_own_cells_have_the_constants_of_the_library(tmp_path):
@@ -676,7 +676,7 @@ def test_without_the_module_it_says_what_is_missing(tmp_path):
 def test_the_picture_shows_the_ends(bifurcation):
     vessel = vessel_surface.vessel_of(str(bifurcation))
     shape = vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "outlet"], (1, 1))
-    assert case_folder.picture_of(shape).startswith(b"\x89PNG")
+    assert picture_of(shape).startswith(b"\x89PNG")
 
 
 def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
@@ -758,16 +758,21 @@ def test_no_comment_of_cpp_continues(text, comment):
     assert quoting.cpp_comment(text) == comment
 
 
+@pytest.fixture(scope="module")
+def plain(tube, tmp_path_factory):
+    """A case of a surface with a plain name."""
+    folder = tmp_path_factory.mktemp("plain")
+    (folder / "plain.stl").symlink_to(tube)
+    packmesh.new_case(folder / "plain.stl", folder / "case", hematocrit=0.1)
+    return folder / "case"
+
+
 @pytest.mark.parametrize("name", ["a\ntouch PWNED\n#", "a--b-", "-->", "\udcff", "back\\", "é\r\x85\u2028", '"><x>', "]]#[["])
-def test_a_name_is_no_code(name, tube, tmp_path):
+def test_a_name_is_no_code(name, plain, tube, tmp_path):
     """Files of a case differ from those of another name in comments alone, and in their lines of Markdown."""
-    folders = []
-    for stem in ("plain", name):
-        folder = tmp_path / str(len(folders))
-        folder.mkdir()
-        (folder / f"{stem}.stl").symlink_to(tube)
-        packmesh.new_case(folder / f"{stem}.stl", folder / "case", hematocrit=0.1)
-        folders.append(folder / "case")
+    (tmp_path / f"{name}.stl").symlink_to(tube)
+    packmesh.new_case(tmp_path / f"{name}.stl", tmp_path / "case", hematocrit=0.1)
+    folders = plain, tmp_path / "case"
     for file in ("job.sh", "CMakeLists.txt", "case.cpp", "config.xml", "README.md"):
         plain, other = ((folder / file).read_text().split("\n") for folder in folders)
         assert len(plain) == len(other)
@@ -827,7 +832,7 @@ def test_links_of_vertices_that_a_cell_does_not_have(link, tube, tmp_path):
         packmesh.new_case(tube, dx=1, cells={tmp_path / "WBC.xml": 0.01})
 
 
-@pytest.mark.parametrize("drive", ["periodic", "inlet"])
+@pytest.mark.parametrize("drive", ["periodic", pytest.param("inlet", marks=pytest.mark.long)])
 def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube, tmp_path):
     """As many as the fluid nodes hold, as the plug-in counts; of .pos files, those of the surface."""
     case = packmesh.new_case(tube, tmp_path / "case", drive=drive, hematocrit=0.3, platelets=0.1)
@@ -838,7 +843,7 @@ def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube,
     assert packmesh.pack(case=tmp_path / "files/config.xml").request.get("ends") is None and files.counts["RBC"] != count
 
 
-@pytest.mark.parametrize("drive", ["periodic", "inlet"])
+@pytest.mark.parametrize("drive", ["periodic", pytest.param("inlet", marks=pytest.mark.long)])
 def test_plasma_alone(drive, tube, tmp_path):
     case = packmesh.new_case(tube, tmp_path / "case", hematocrit=0, drive=drive)
     assert case.counts == {} and any(line.endswith(": none, plasma alone") for line in case.text)
