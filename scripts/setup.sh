@@ -64,7 +64,7 @@ if ! apt-cache show "${missing[@]}" &> /dev/null || ! install; then
   if ! install; then
     cat >&2 << MESSAGE
 (packMesh) (Error) apt-get could not install: ${missing[*]}
-packMesh is built and tested on Debian 12; other releases may name these packages differently.
+packMesh is built and tested on Debian 12 and 13; other releases may name these packages differently.
 MESSAGE
     exit 1
   fi

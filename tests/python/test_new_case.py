@@ -222,6 +222,7 @@ def test_rounded_ends_are_cut_off(tmp_path):
     assert end.center[1] > 0
 
 
+@pytest.mark.long
 def test_cut_vessels_become_cases(tmp_path):
     vertices, triangles = rounded(straight(), 10.0)
     write_stl(tmp_path / "tube.stl", vertices, triangles)
@@ -534,6 +535,7 @@ def test_outlets_across_other_axes(tmp_path):
             assert box[2 * other] <= outlet.low[other] / 0.5 + 1 and box[2 * other + 1] >= outlet.high[other] / 0.5 + 1
 
 
+@pytest.mark.long
 def test_closed_ends_become_walls(bifurcation, tmp_path):
     case = packmesh.new_case(bifurcation, tmp_path / "case", close=[3], drive="inlet")
     assert f"packmesh new-case {bifurcation} {tmp_path}/case --drive inlet --close 3\n" in (tmp_path / "case/README.md").read_text()
@@ -611,6 +613,7 @@ def test_cells_of_a_capillary_are_soft_where_asked(tmp_path):
     assert case.counts == {"RBC": 3} and any("cells will be soft" in line for line in case.text)
 
 
+@pytest.mark.long
 def test_cells_of_the_user(tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(80.0), 14.0))
     (tmp_path / "WBC.xml").write_text(WHITE)
@@ -635,6 +638,7 @@ def test_cells_of_the_user(tmp_path):
     assert "--cell WBC.xml=0.05 --cell RBC.xml --cell Star.xml=0.02" in (folder / "README.md").read_text()
 
 
+@pytest.mark.long
 def test_realisations_differ_in_their_seeds(tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
     packmesh.new_case(tmp_path / "tube.stl", tmp_path / "case", unit="um", hematocrit=0.1, seed=7, realisations=3, pos=True)
@@ -786,6 +790,7 @@ def model_of(name, mesh):
     return f"<hemocell><MaterialModel><name> {name} </name><StlFile> {mesh} </StlFile><radius> 3e-6 </radius>{CONSTANTS}</MaterialModel></hemocell>"
 
 
+@pytest.mark.long
 def test_meshes_of_cells_with_one_name(tube, tmp_path):
     ball, faces = sphere(2)
     names = {"one/A.xml": (1, 1, 2), "two/B.xml": (1, 2, 3), "three/vessel.xml": (2, 1, 1)}

@@ -8,7 +8,7 @@ mkdir -p "$scratch"
 "$cpack" -G DEB --config "$build/CPackConfig.cmake" -B "$scratch" > "$scratch/cpack.log"
 package=$(echo "$scratch"/packmesh_*.deb)
 dpkg-deb --info "$package" | tee "$scratch/info.txt"
-for library in libc6 libhdf5-openmpi libopenmpi3 libtinyxml2 libtet1.5 libfmt; do
+for library in libc6 libhdf5-openmpi libopenmpi libtinyxml2 libtet1.5 libfmt; do
   grep -q "^ Depends:.*$library" "$scratch/info.txt" || { echo "does not depend on $library"; exit 1; }
 done
 for library in fmt hdf5-openmpi openmesh openmpi tinyxml2; do

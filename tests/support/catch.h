@@ -11,9 +11,13 @@
 
 #if __has_include(<catch2/catch_all.hpp>)
 using Catch::Approx;
-inline auto Contains(const std::string& text) { return Catch::Matchers::ContainsSubstring(text); }
+inline auto Contains(const std::string& text) {
+  return Catch::Matchers::ContainsSubstring(text);
+}
 #else
-inline auto Contains(const std::string& text) { return Catch::Matchers::Contains(text); }
+inline auto Contains(const std::string& text) {
+  return Catch::Matchers::Contains(text);
+}
 #endif
 using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;

@@ -52,7 +52,7 @@ TEST_CASE("check numbers cells as packing does", "[executable]") {
   CHECK(order(readText(folder.path() / "cells.csv")));
 }
 
-TEST_CASE("check stops searching for overlaps when all cells overlap", "[executable]") {
+TEST_CASE("check stops searching for overlaps when all cells overlap", "[executable][long]") {
   const TemporaryFolder folder;
   std::string file = "1000\n";
   for (int cell = 0; cell < 1000; ++cell) file += fmt::format("{}e-6 1e-6 2e-6 0 0 0\n", cell % 20);
@@ -82,7 +82,7 @@ TEST_CASE("check of many lines that are the same ends after a bounded number of 
   CHECK(listed < 50);
 }
 
-TEST_CASE("check writes the same outputs of files as the run that packed them", "[executable]") {
+TEST_CASE("check writes the same outputs of files as the run that packed them", "[executable][long]") {
   const SampleCase folder;
   const std::string outputs =
       " --report out/report.html --pov --vtp --vtp-meshes --export csv --export lammps";

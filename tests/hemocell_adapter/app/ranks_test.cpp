@@ -168,7 +168,7 @@ TEST_CASE("All outputs are the same on any ranks with both methods", "[ranks][lo
   if (hasCat()) requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs);
 }
 
-TEST_CASE("Boxes and tubes give the same files and messages on any ranks", "[ranks]") {
+TEST_CASE("Boxes and tubes give the same files and messages on any ranks", "[ranks][long]") {
   requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
   requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
   requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5", manyTeams);
@@ -179,7 +179,7 @@ TEST_CASE("Method cat gives the same files and messages on any ranks", "[ranks]"
   requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
 }
 
-TEST_CASE("Escapes give the same files and messages on any ranks", "[ranks]") {
+TEST_CASE("Escapes give the same files and messages on any ranks", "[ranks][long]") {
   if (!hasCat()) return;
   requireSameOnRanks(
       "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
@@ -285,7 +285,7 @@ TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks; 3 had nothing to do"));
 }
 
-TEST_CASE("check says and writes the same on any ranks", "[ranks]") {
+TEST_CASE("check says and writes the same on any ranks", "[ranks][long]") {
   const SampleCase folder;
   REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5").exitCode == 0);
   const std::string outputs =
@@ -305,7 +305,7 @@ TEST_CASE("check says and writes the same on any ranks", "[ranks]") {
   requireSameCheck(folder, "check config.xml", 4, "perhaps they are in metres");
 }
 
-TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks]") {
+TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   const std::string box = " --box 60 30 30 --ends periodic";
   REQUIRE(run(folder.path(), "60 30 30 --ends periodic --hematocrit 0.3").exitCode == 0);
@@ -319,7 +319,7 @@ TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks]") {
   requireSameCheck(folder, "check" + box, 0, "Verdict: clean");
 }
 
-TEST_CASE("check of cells that all overlap ends the search at the same cell on any ranks", "[ranks]") {
+TEST_CASE("check of cells that all overlap ends the search at the same cell on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   std::string heap = "700\n", heaps = "1400\n";
   for (int i = 0; i < 700; ++i) {
@@ -339,7 +339,7 @@ TEST_CASE("check of cells that all overlap ends the search at the same cell on a
   requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
 }
 
-TEST_CASE("check refuses files with the same words on any ranks", "[ranks]") {
+TEST_CASE("check refuses files with the same words on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   std::string lines;
   for (int i = 0; i < 20; ++i)
@@ -356,7 +356,7 @@ TEST_CASE("check refuses files with the same words on any ranks", "[ranks]") {
   requireSameCheck(folder, "check --box 60 60 60", 0, "a blank line between cells");
 }
 
-TEST_CASE("check of realisations says the same on any ranks", "[ranks]") {
+TEST_CASE("check of realisations says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   REQUIRE(run(folder.path(), "30 30 30 --hematocrit 0.2 --realisations 3").exitCode == 0);
   requireSameCheck(folder, "check --box 30 30 30", 0, "Verdict: 3 of 3 folders clean");

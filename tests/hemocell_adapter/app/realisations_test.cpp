@@ -88,7 +88,7 @@ TEST_CASE("A restart continues the remaining realisations from any working direc
 }
 
 TEST_CASE("Realisations of a case continue in their folders, and check examines all of them",
-          "[executable]") {
+          "[executable][long]") {
   const SampleCase folder(
       "<packing> <species name=\"RBC\" count=\"3\"/> <realisations> 2 </realisations> </packing>");
   ok(folder, "config.xml --state s.h5");

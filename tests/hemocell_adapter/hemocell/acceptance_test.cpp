@@ -262,7 +262,7 @@ TEST_CASE("The clearance applies to the true wall, and cells need only avoid the
 }
 
 TEST_CASE("The accepted wall gives the same distances for blocks of nodes as for single nodes",
-          "[acceptance]") {
+          "[acceptance][long]") {
   const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0, 12.0), 0.5, 1, 40);
   const auto lattice = std::make_shared<Lattice>(vessel.lattice);
   VesselEnds ends;

@@ -85,7 +85,7 @@ class VesselCase : public SampleCase {
 }  // namespace
 
 TEST_CASE("Vessels without flat ends perpendicular to x are packed in their fluid nodes",
-          "[executable][vessel][long]") {
+          "[executable][vessel]") {
   struct Shape {
     const char* name;
     TriangleMesh mesh;
@@ -154,7 +154,8 @@ TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodi
   CHECK_THAT(ran.out, Contains("Hematocrit of region 1"));
 }
 
-TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks", "[executable][vessel]") {
+TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks",
+          "[executable][vessel][long]") {
   std::string files;
   for (const int ranks : {1, 2, 4}) {
     const VesselCase folder(bend());

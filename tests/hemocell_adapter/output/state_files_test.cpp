@@ -211,7 +211,7 @@ TEST_CASE("Growth killed at random times continues to the same files") {
   requireSameAfterKills(grown, 8, {"TERM", "KILL"});
 }
 
-TEST_CASE("Two ranks stopped at random times continue to the same files", "[ranks]") {
+TEST_CASE("Two ranks stopped at random times continue to the same files", "[ranks][long]") {
   const Undisturbed packed = undisturbed("56 28 28 --hematocrit 0.5 --plt_ratio 0.05", onRanks(2));
   requireSameAfterKills(packed, 4, {"TERM"}, onRanks(2, 1));  // mpirun sends TERM to the ranks, too
 }

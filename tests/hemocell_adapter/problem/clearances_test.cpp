@@ -210,7 +210,7 @@ TEST_CASE("The automatic clearance is reduced at high hematocrit, requested ones
   CHECK(demanded.exitCode == 3);
 }
 
-TEST_CASE("A run that tried an automatic clearance in vain reports this", "[clearances]") {
+TEST_CASE("A run that tried an automatic clearance in vain reports this", "[clearances][long]") {
   const TemporaryFolder folder;
   const std::string dense = "24 24 24 --hematocrit 0.605 --plt_ratio 0 --ends periodic ";
   const Ran packed = run(folder.path(), dense);

@@ -159,7 +159,7 @@ TEST_CASE("With best effort, undeformed cells are packed where no soft ones can 
              Contains("of undeformed cells not even one could be packed; nothing was written"));
 }
 
-TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed", "[executable]") {
+TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed", "[executable][long]") {
   const TemporaryFolder folder;
   // More than is tried before cells become soft without auto.
   const std::string possible = "16 16 16 --ends periodic --hematocrit 0.585 ";
@@ -298,7 +298,7 @@ TEST_CASE("Soft platelets and white cells are packed beside soft red cells", "[e
              Contains("Deformed cells: 23") && Contains("Certificate: clean"));
 }
 
-TEST_CASE("Fixed cells stay beside soft ones, deformed ones, too", "[executable]") {
+TEST_CASE("Fixed cells stay beside soft ones, deformed ones, too", "[executable][long]") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "given");
   writeText(folder.path() / "given" / "RBC.pos", rbcPos("5 5 5 0 0 0\n", 1));

@@ -42,7 +42,7 @@ void writeDeformed(const std::filesystem::path& file, const std::vector<Vec3>& p
 }  // namespace
 
 TEST_CASE("Of cells that cross a periodic face, only those are expected to go that have no other fault",
-          "[executable][examination]") {
+          "[executable][examination][long]") {
   const SampleCase folder;
   const auto checked = [&](const std::string& lines, int count) {
     writeText(folder.path() / "RBC.pos", rbcPos(lines, count));

@@ -187,7 +187,7 @@ TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up", 
   CHECK(s.state[9].species == 0);
 }
 
-TEST_CASE("Parts of the container have the holes that the whole has there") {
+TEST_CASE("Parts of the container have the holes that the whole has there", "[long]") {
   test::LongBox box;
   const Holes holes(box.physics, box.execution);
   const Box bounds = box.physics.container->bounds();

@@ -171,7 +171,7 @@ TEST_CASE("Degenerate linear programmes agree with GLPK") {
   CHECK(seen[1] > 200);
 }
 
-TEST_CASE("Linear programmes with nearly parallel rows agree with GLPK") {
+TEST_CASE("Linear programmes with nearly parallel rows agree with GLPK", "[long]") {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 1000; ++n) {

@@ -400,7 +400,7 @@ TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra][
   }
 }
 
-TEST_CASE("Tetrahedra with periodic images fill the period", "[tetrahedra]") {
+TEST_CASE("Tetrahedra with periodic images fill the period", "[tetrahedra][long]") {
   const auto check = [](const CatScene& scene, double volume) {
     const Tetrahedra t = tetrahedralise(scene.input);
     // Each corner is a primary object's in just one of a tetrahedron's images.

@@ -48,7 +48,7 @@ void checkClosed(const Container& vessel) {
 
 }  // namespace
 
-TEST_CASE("A vessel made of a tube equals a cylinder", "[container]") {
+TEST_CASE("A vessel made of a tube equals a cylinder", "[container][long]") {
   const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 21, 200);
   for (const bool periodic : {false, true})
     for (const double beyond : {0.0, 0.75, -1.5}) {

@@ -72,43 +72,29 @@ TEST_CASE("ClosestPoint agrees with brute force", "[geometry][shape]") {
   for (const TriangleMesh& mesh :
        {nested(), lShape(), blade(), sample::torus(Vec3::Zero(), 3.0, 1.0, 20, 12)}) {
     const ClosestPoint surface(mesh);
-    const Box box = boundingBox(mesh).grownBy(1.5);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> unit(0.0, 1.0);
-    for (int n = 0; n < 300; ++n) {
-      const Vec3 p = box.lo + Vec3(unit(random), unit(random), unit(random)).cwiseProduct(box.size());
-      const double expected = bruteForce(mesh, p);
-      REQUIRE(surface.signedDistance(p) == Approx(expected).margin(1e-6));
-      const ClosestPoint::Nearest hinted = surface.nearest(p, n % mesh.triangles.size(), 0.02);
-      REQUIRE(hinted.distance >= std::abs(expected) - 1e-9);
-      REQUIRE(hinted.distance <= 1.02 * std::abs(expected) + 1e-6);
-    }
-  }
-}
-
-TEST_CASE("sampleDistance agrees with brute force at its nodes", "[shape]") {
-  for (const TriangleMesh& mesh :
-       {nested(), lShape(), blade(), sample::torus(Vec3::Zero(), 3.0, 1.0, 20, 12)})
+    std::vector<double> expected;  // the same with every band
     for (const double band : {0.0, 0.7, 100.0}) {
       const DistanceGrid grid =
           sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(2.0), 0.21, band);
       REQUIRE(grid.box().contains(boundingBox(mesh).hi + 2.0 * Vec3::Ones()));
-      const ClosestPoint surface(mesh);
       std::size_t index = 0;
       for (int k = 0; k < grid.nodes[2]; ++k)
         for (int j = 0; j < grid.nodes[1]; ++j)
           for (int i = 0; i < grid.nodes[0]; ++i, ++index) {
             const Vec3 p = grid.origin + grid.spacing * Vec3(i, j, k);
-            const double value = grid.value[index], expected = surface.signedDistance(p);
-            const bool right = std::abs(expected) <= std::max(band, 3.0 * grid.spacing)
-                                   ? std::abs(value - expected) < 1e-6
-                                   : value * expected > 0.0 &&
-                                         std::abs(value) < 1.05 * std::abs(expected) + 1e-6 &&
-                                         std::abs(value) > std::abs(expected) - 1e-6;
-            if (!right) FAIL("at " << toText(p) << " " << value << " instead of " << expected);
-            if (index % 997 == 0) CHECK(expected == Approx(bruteForce(mesh, p)).margin(1e-6));
+            if (band == 0.0) {
+              expected.push_back(surface.signedDistance(p));
+              if (index % 997 == 0) CHECK(expected[index] == Approx(bruteForce(mesh, p)).margin(1e-6));
+            }
+            const double value = grid.value[index], exact = expected.at(index);
+            const bool right = std::abs(exact) <= std::max(band, 3.0 * grid.spacing)
+                                   ? std::abs(value - exact) < 1e-6
+                                   : value * exact > 0.0 && std::abs(value) < 1.05 * std::abs(exact) + 1e-6 &&
+                                         std::abs(value) > std::abs(exact) - 1e-6;
+            if (!right) FAIL("at " << toText(p) << " " << value << " instead of " << exact);
           }
     }
+  }
 }
 
 TEST_CASE("sampleDistance accounts for parts of the mesh outside its region", "[shape]") {

@@ -88,7 +88,7 @@ bool hasArea(const std::vector<Vec3>& v, const Triangle& t) {
 
 }  // namespace
 
-TEST_CASE("Self-intersections of crumpled meshes agree with rational numbers", "[exact]") {
+TEST_CASE("Self-intersections of crumpled meshes agree with rational numbers", "[exact][long]") {
   std::mt19937 random(11);
   const TriangleMesh sphere = test::icosphere(1);
   const SelfIntersectionFinder finder(sphere);

@@ -128,7 +128,8 @@ TEST_CASE("A few cells may keep less than the clearances where that is permitted
   CHECK(result.certificate.minimumWallGap < 1.2);
 }
 
-TEST_CASE("What is packed with one seed is packed with every seed, and so is less of it", "[relocation]") {
+TEST_CASE("What is packed with one seed is packed with every seed, and so is less of it",
+          "[relocation][long]") {
   const auto tapered = [](double length, auto radius) {
     return makeVessel(sample::tube(
                           0.0, length, 61, 32, [](double) { return Vec3::Zero(); }, radius),

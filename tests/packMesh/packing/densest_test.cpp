@@ -105,7 +105,7 @@ TEST_CASE("A larger request gives the same densest packing", "[densest][long]") 
   REQUIRE(results.front().certificate.cellVolume > 0.54 * 16.0 * 16.0 * 16.0);
 }
 
-TEST_CASE("The densest packing beside a thick wall layer is found", "[densest]") {
+TEST_CASE("The densest packing beside a thick wall layer is found", "[densest][long]") {
   PackingProblem problem = redCellProblem(makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, true), 0.5);
   problem.physics.species[0].freedom.extraWallClearance = 3.5;
   const PackingResult result = pack(problem);

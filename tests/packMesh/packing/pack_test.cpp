@@ -333,7 +333,7 @@ TEST_CASE("Cells begin clear of their own images, so that a thin box is packed w
   }
 }
 
-TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packing]") {
+TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packing][long]") {
   // With this seed two thin parts remain interpenetrated for long.
   hemocell::CellModel coarse = *hemocell::defaultModel("RBC");
   coarse.minNumTriangles = 300;

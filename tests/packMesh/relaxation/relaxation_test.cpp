@@ -285,7 +285,7 @@ TEST_CASE("Schedules stop when requested", "[relaxation]") {
   REQUIRE(relaxation.sweeps() == 38);
 }
 
-TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxation]") {
+TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxation][long]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(30.0);
   const int count = static_cast<int>(0.62 * bounds.volume() / shape->volume());

@@ -109,7 +109,7 @@ TEST_CASE("cells keep to a smoothed wall, and are not packed where their edges m
   CHECK(outside.cells.empty());
 }
 
-TEST_CASE("few cells with large forces begin elsewhere, and the best attempt counts", "[soft]") {
+TEST_CASE("few cells with large forces begin elsewhere, and the best attempt counts", "[soft][long]") {
   SoftLimits once, limits;
   once.usual = once.force;
   limits.usual = 0.1;
@@ -207,7 +207,7 @@ TEST_CASE("packing soft cells ends at its limits", "[soft]") {
   }
 }
 
-TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[soft]") {
+TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[soft][long]") {
   SoftLimits limits;
   limits.fewerCells = true;
   limits.iterations = 600;
