@@ -156,81 +156,45 @@ void requireSameCheck(const TemporaryFolder& folder, const std::string& argument
 
 }  // namespace
 
-TEST_CASE("A case gives the same files and messages on any ranks", "[ranks]") {
+TEST_CASE("Packings have the same files and messages on any ranks", "[ranks]") {
   requireSameOnRanks("config.xml --hematocrit 0.5 --max-iterations 10 --best-effort");
+  requireSameOnRanks("10 10 10 --ends periodic --hematocrit 0.73 --soft --state s.h5", {{1, 1}, {2, 2}});
+  requireSameOnRanks(
+      "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
+      "--best-effort --max-iterations 40");
+  if (!hasCat()) return;
+  requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
+  requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
 }
 
-TEST_CASE("All outputs are the same on any ranks with both methods", "[ranks][long]") {
+TEST_CASE("All kinds of packings have the same files and messages on any ranks", "[ranks][long]") {
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export "
       "lammps-molecular --export mirheo --export stl";
   requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, {{1, 1}, {1, 3}, {2, 1}});
-  if (hasCat()) requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs);
-}
-
-TEST_CASE("Boxes and tubes give the same files and messages on any ranks", "[ranks][long]") {
-  requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
-  requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
+  for (const char* packing :
+       {"60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5", "80 30 30 --hematocrit 0.3 --state state.h5",
+        "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export "
+        "lammps-molecular --export mirheo --export stl",
+        "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state "
+        "state.h5",
+        "config.xml --hematocrit 0.25 --plt_ratio 0.3 --profile developed --state state.h5",
+        "--cylinder x 14 60 --ends periodic --discharge-hematocrit 0.4 --profile developed",
+        "config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1"})
+    requireSameOnRanks(packing);
   requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5", manyTeams);
-}
-
-TEST_CASE("Method cat gives the same files and messages on any ranks", "[ranks]") {
-  if (!hasCat()) return;
-  requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
-}
-
-TEST_CASE("Escapes give the same files and messages on any ranks", "[ranks][long]") {
-  if (!hasCat()) return;
-  requireSameOnRanks(
-      "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
-      "12 "
-      "--growth attempts 1");
-}
-
-TEST_CASE("CAT faces give the same files and messages on any ranks", "[ranks]") {
-  if (!hasCat()) return;
-  requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
-}
-
-TEST_CASE("Tiles and exports are the same on any ranks", "[ranks][long]") {
-  requireSameOnRanks(
-      "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export "
-      "lammps-molecular --export mirheo --export stl");
-}
-
-TEST_CASE("Columns are the same on any ranks", "[ranks]") {
-  requireSameOnRanks(
-      "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
-      "--best-effort "
-      "--max-iterations 40");
-}
-
-TEST_CASE("Layers and directions are the same on any ranks", "[ranks][long]") {
-  requireSameOnRanks(
-      "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
-}
-
-TEST_CASE("Profiles are the same on any ranks", "[ranks][profile][long]") {
-  requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --profile developed --state state.h5");
-  requireSameOnRanks("--cylinder x 14 60 --ends periodic --discharge-hematocrit 0.4 --profile developed");
-}
-
-TEST_CASE("Packings for several spacings are the same on any ranks", "[ranks][alsodx][long]") {
-  requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
-}
-
-TEST_CASE("Soft cells are the same on any number of ranks and threads", "[ranks]") {
-  requireSameOnRanks("10 10 10 --ends periodic --hematocrit 0.73 --soft --state s.h5",
-                     {{1, 1}, {2, 2}, {4, 1}});
-}
-
-TEST_CASE("Cells beyond a cut are the same on every number of ranks", "[ranks][long]") {
+  requireSameOnRanks("10 10 10 --ends periodic --hematocrit 0.73 --soft --state s.h5", {{1, 1}, {4, 1}});
   requireSameOnRanks(
       "'<packing><container><box size=\"40 20 12\"/><obstacles><box origin=\"15 9 -1\" size=\"26 2 14\"/>"
       "</obstacles></container><species name=\"RBC\"/><hematocrit>0.2</hematocrit><region count=\"9\">"
       "<beyond point=\"18 15 5\" direction=\"3 1 0\"/><species name=\"PLT\" "
       "count=\"20\"/></region></packing>'",
       {{1, 1}, {2, 1}, {4, 1}});
+  if (!hasCat()) return;
+  requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs);
+  requireSameOnRanks(
+      "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
+      "12 --growth attempts 1");
 }
 
 TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks][long]") {
