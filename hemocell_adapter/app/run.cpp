@@ -257,9 +257,8 @@ ExitCode tellForecast(const Problem& problem, const Timer& timer) {
   for (const std::string& line : forecast.lines) log::info(line);
   constexpr double worthTelling = 1.0;  // [s]
   if (const double cpu = timer.cpu(); cpu > worthTelling)
-    log::info(
-        fmt::format("Not included in the time: about {} of CPU for the lumen, as this dry run has taken",
-                    durationText(std::round(cpu))));
+    log::info(fmt::format("In addition, the lumen takes about {} of CPU, as in this dry run",
+                          durationText(std::round(cpu))));
   log::info("A dry run: nothing was packed or written");
   if (forecast.seconds) log::detail(fmt::format("Expected CPU time: {:.4g} s", *forecast.seconds));
   return forecast.impossible && !problem.request.bestEffort ? ExitCode::outOfReach : ExitCode::ok;

@@ -15,7 +15,7 @@ BYTES_PER_RANK, BYTES_PER_NODE = 6e7, 410.0
 MOST_RANKS = 4096
 #: Time between two computations of membranes' forces, as in HemoCell's examples; a quarter of it between those of velocities [s]; iterations, at most.
 _FORCES_EVERY, _MOST_STEPS = 2e-6, 20
-_STABLE = 0.6  # largest spacing at which this is stable: above it, forces of platelets grow to 170 pN unless all is computed at each iteration [µm]
+_STABLE = 0.6  # largest spacing at which this is stable: above it, platelets are only if all is computed at each iteration (the same page) [µm]
 _SAMPLES = 60_000  # nodes of the grid for the narrowest place
 
 

@@ -2,19 +2,16 @@
 /// @file Catch2 2 or 3, with the names that tests use in both.
 #pragma once
 
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
 #include <string>
 
 #if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
 using Catch::Approx;
 inline auto Contains(const std::string& text) {
   return Catch::Matchers::ContainsSubstring(text);
 }
 #else
+#include <catch2/catch.hpp>
 inline auto Contains(const std::string& text) {
   return Catch::Matchers::Contains(text);
 }
