@@ -54,9 +54,14 @@ def check_spack():
     given = dict(argument[2:].split("=") for argument in package().cmake_args())
     for name, variant in (("BUILD_TESTING", "tests"), ("PACKMESH_PYTHON", "python")):
         check(given.pop(name, None) == variant, f"Spack: {name} does not follow the variant")
-    placed = [options["placement"] for name, _, options in called if name == "resource"]
+    resources = [options for name, _, options in called if name == "resource"]
     for name, path in given.items():
-        check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
+        check(any(path.startswith(f"/stage/{one['placement']}/") if one["expand"] else path == f"/stage/{one['placement']}/{Path(one['url']).name}"
+                  for one in resources), f"Spack: no resource has {path}")
+    conda = re.findall(r"^  - url: (\S+)\n    sha256: ([0-9a-f]{64})$", (root / "scripts/packaging/conda/meta.yaml").read_text(), re.M)
+    check(sorted((one["url"], one["sha256"]) for one in resources) == sorted(conda), "Spack and conda do not take the same files")
+    own = ("https://raw.githubusercontent.com/mrdoob/three.js/", "https://github.com/chartjs/Chart.js/releases/")
+    check(all(url.startswith(own) for url, _ in conda), f"not from the projects themselves: {conda}")
     found = set(re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M))
     check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "scripts/packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
