@@ -112,7 +112,7 @@ Setting framesSetting() {
   return setting(
              "growth-frames", &OutputRequest::frames, integer("n", "states", 1, 1e9),
              "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
-             "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
+             "membranes and CAT cells for ParaView (about 60 kB per red cell and state)")
       .byDefault("none")
       .onlyFor(Method::cat)
       .notForCheck();

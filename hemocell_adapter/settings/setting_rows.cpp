@@ -502,7 +502,7 @@ std::vector<Setting> outputSettings() {
               "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
               "and lumen.vtp"),
       setting("vtp-meshes", &O::vtpMeshes, flag(),
-              "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
+              "write <Cell>_cells.vtp: all membranes (about 60 kB per red cell)"),
       framesSetting(),
       setting("report", &O::reportFile, file(),
               "write a report: file.json, or file.html with an interactive view (and file.json beside it)"),

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Reads VTK's PolyData files (.vtp) as packMesh writes them: little-endian, with raw data appended."""
+"""Reads VTK's PolyData files (.vtp) as packMesh writes them: little-endian, with data inline in base64, or appended as by version 1.2 and older."""
 import array
+import base64
 import dataclasses
+import io
 import struct
 import sys
 import xml.etree.ElementTree
@@ -52,17 +54,22 @@ def _require_valid(found):
 
 
 def _parsed(content):
-    start = content.index(BEGIN)
-    piece = xml.etree.ElementTree.fromstring(content[:start] + b"</VTKFile>").find("PolyData/Piece")
-    raw = memoryview(content)[start + len(BEGIN):]
+    """content: of the file."""
+    head, begin, raw = content.partition(BEGIN)
+    text = io.BytesIO(head + (b"</VTKFile>" if begin else b""))
+    piece = xml.etree.ElementTree.parse(text).find("PolyData/Piece")
+    appended = memoryview(raw)[:len(raw) - len(END)]
 
     def numbers(element):
-        place = int(element.get("offset"))
-        (size,) = struct.unpack_from("<q", raw, place)
-        values = array.array(TYPES[element.get("type")])
-        if not 0 <= size <= len(raw) - place - 8 - len(END):
+        if element.get("format") == "appended":
+            data = appended[int(element.get("offset")):]
+        else:
+            data = memoryview(base64.b64decode(element.text.strip(), validate=True))
+        (size,) = struct.unpack_from("<q", data)
+        if not 0 <= size <= len(data) - 8:
             raise ValueError("too short")
-        values.frombytes(raw[place + 8:place + 8 + size])
+        values = array.array(TYPES[element.get("type")])
+        values.frombytes(data[8:8 + size])
         if sys.byteorder == "big":
             values.byteswap()
         components = int(element.get("NumberOfComponents"))
@@ -73,7 +80,7 @@ def _parsed(content):
         return tuples(arrays["connectivity"], corners) if arrays else []
 
     return PolyData(numbers(piece.find("Points/DataArray")), cells("Lines", 2), cells("Polys", 3),
-                    {one.get("Name"): numbers(one) for one in piece.findall("CellData/DataArray")})
+                    {one.get("Name"): numbers(one) for one in piece.findall("CellData/DataArray") or piece.findall("PointData/DataArray")})
 
 
 def tuples(values, size):

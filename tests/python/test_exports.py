@@ -3,6 +3,7 @@
 
 The readers follow the other programs' documents and sources alone, and share no code with the package.
 """
+import base64
 import functools
 import os
 import re
@@ -12,6 +13,8 @@ import packmesh
 import packmesh._packmesh
 import pytest
 from conftest import run_program, write_off
+from packmesh import vtp
+from packmesh.formats import vtk
 from scipy.spatial.transform import Rotation
 
 EXACT = 1e-9  # text with all digits, after rotations [µm]
@@ -344,3 +347,41 @@ def test_exports_of_files_and_of_states_are_those_of_the_packing(program, tmp_pa
     assert abs(read_stl(tmp_path / "state/cells.stl") - np.frombuffer(before[exact[4]], np.dtype(
         [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]), offset=84)["c"]).max() < SINGLE
     assert np.allclose(np.loadtxt(tmp_path / "state/RBC_origin_rotate.dat"), poses, atol=1e-13)
+
+
+def surface_file(file, triangles, appended):
+    """Triangles with data, as packMesh writes them, or as version 1.2 did."""
+    points, numbers = np.arange(3.0 * (len(triangles) + 2)).reshape(-1, 3), np.arange(len(triangles)) << 40
+    text = b"".join(vtk.surface("", points, triangles, data={"object": numbers}).pieces())
+    if appended:
+        raw = b""
+        for found in re.findall(rb">\n([\w+/=]+)\n</DataArray>", text):
+            text = text.replace(b'format="binary">\n' + found + b"\n</DataArray>", b'format="appended" offset="%d"/>' % len(raw), 1)
+            raw += base64.b64decode(found)
+        text = text.replace(b"</VTKFile>", b'<AppendedData encoding="raw">\n_' + raw + b"\n</AppendedData>\n</VTKFile>")
+    file.write_bytes(text)
+    return points, numbers
+
+
+@pytest.mark.parametrize("appended", [False, True])
+@pytest.mark.parametrize("count", [1, 2, 3, 100])
+def test_surfaces_are_read_from_vtk_files_also_of_earlier_versions(count, appended, tmp_path):
+    triangles = np.arange(3 * count).reshape(-1, 3) % (count + 2)
+    points, numbers = surface_file(tmp_path / "a.vtp", triangles, appended)
+    assert (b"AppendedData" in (tmp_path / "a.vtp").read_bytes()) == appended
+    found = vtp.read(tmp_path / "a.vtp")
+    assert np.array_equal(found.points, points) and np.array_equal(found.triangles, triangles) and found.data == {"object": numbers.tolist()}
+
+
+def test_vtk_files_are_written_in_pieces():
+    """Of the numbers and of the file."""
+    sizes = [1, 0, 2, 3, 5, 1000, 7, 4]
+    pieces = [bytes(range(size % 256)) * (size // 100 + 1) for size in sizes]
+    assert base64.b64decode(b"".join(vtk.base64(pieces)), validate=True) == b"".join(pieces)
+    rows = [np.arange(size) for size in sizes]
+    written = list(vtk.polydata("", [vtk.Array("data", "id", "<i4", 1, sum(sizes), lambda: rows)], sum(sizes), verts=sum(sizes)).pieces())
+    assert len(written) > len(sizes) and max(map(len, written)) <= 4 * 1000 * 4 // 3 + 8
+
+
+def test_numbers_of_points_in_vtk_files_are_short_if_they_fit():
+    assert [vtk.index_type(largest) for largest in (0, 2**31 - 1, 2**31, 2**40)] == ["<i4", "<i4", "<i8", "<i8"]

@@ -6,10 +6,12 @@ hadolint that matter here.
     recipes.py <source tree>
 """
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import types
 from pathlib import Path
 
@@ -54,9 +56,14 @@ def check_spack():
     given = dict(argument[2:].split("=") for argument in package().cmake_args())
     for name, variant in (("BUILD_TESTING", "tests"), ("PACKMESH_PYTHON", "python")):
         check(given.pop(name, None) == variant, f"Spack: {name} does not follow the variant")
-    placed = [options["placement"] for name, _, options in called if name == "resource"]
+    resources = [options for name, _, options in called if name == "resource"]
     for name, path in given.items():
-        check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
+        check(any(path.startswith(f"/stage/{one['placement']}/") if one["expand"] else path == f"/stage/{one['placement']}/{Path(one['url']).name}"
+                  for one in resources), f"Spack: no resource has {path}")
+    conda = re.findall(r"^  - url: (\S+)\n    sha256: ([0-9a-f]{64})$", (root / "scripts/packaging/conda/meta.yaml").read_text(), re.M)
+    check(sorted((one["url"], one["sha256"]) for one in resources) == sorted(conda), "Spack and conda do not take the same files")
+    own = ("https://raw.githubusercontent.com/mrdoob/three.js/", "https://github.com/chartjs/Chart.js/releases/")
+    check(all(url.startswith(own) for url, _ in conda), f"not from the projects themselves: {conda}")
     found = set(re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M))
     check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "scripts/packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
@@ -141,6 +148,23 @@ def check_cmake():
     check("SHLIBDEPS ON" in (root / "scripts/packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
 
 
+def check_setup():
+    """Tests that need what a system does not have do not keep setup.sh from installing the rest; libraries that it lacks do."""
+    tools = {
+        "dpkg-query": "exit 1", "sudo": 'exec "$@"', "apt-cache": '[ $1 = policy ] || exit 1; case $2 in $LACKING) ;; *) echo "  Candidate: 1.0" ;; esac',
+        "apt-get": 'for word; do case $word in $LACKING) exit 100 ;; esac; done; [ $1 = update ] || echo "installed $*"'}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in tools.items():
+            (Path(folder) / name).write_text(f"#!/bin/sh\n{text}\n")
+            (Path(folder) / name).chmod(0o755)
+        for form, lacking, code in (("--full", "chromium", 0), ("--full", "none", 0), ("--full", "libfmt-dev", 1), ("--without-tests", "libfmt-dev", 1)):
+            done = subprocess.run([root / "scripts/setup.sh", form], text=True, capture_output=True,
+                                  env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "LACKING": lacking, "PACKMESH_SKIP_SETUP": "0"})
+            check(done.returncode == code, f"setup.sh {form} without {lacking} ends with {done.returncode}: {done.stderr}")
+            words = done.stdout.partition("installed ")[2].split()
+            check(code or ("libfmt-dev" in words and "valgrind" in words and lacking not in words), f"setup.sh {form} without {lacking} installs {words}")
+
+
 def check_citation():
     """CITATION.cff has the version, the repository and the contact; nothing else states them."""
     for value in (cited("repository-code"), cited("email")):
@@ -191,6 +215,7 @@ def check_dockerfile():
 check_spack()
 check_conda()
 check_cmake()
+check_setup()
 check_citation()
 check_dockerfile()
 print("\n".join(faults) or "The recipes are well-formed")

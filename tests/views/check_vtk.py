@@ -35,15 +35,16 @@ def check_species(name, first):
     cells = read(name + ".vtp")
     assert cells.GetNumberOfCells() == cells.GetNumberOfPoints() == len(pos) > 0
     assert (vtk_to_numpy(cells.GetPoints().GetData()) == pos).all()
-    for data in (cells.GetCellData(), cells.GetPointData()):
-        assert (array(data, "id") == first + numpy.arange(len(pos))).all()
-        gap, local = array(data, "gap"), array(data, "local_hematocrit")
-        assert (gap > 0).all() and (gap <= 1).all() and (local > 0).all() and (local < 1).all()
-        assert numpy.allclose(numpy.linalg.norm(array(data, "orientation"), axis=1), 1)
+    data = cells.GetPointData()
+    assert (array(data, "id") == first + numpy.arange(len(pos))).all()
+    gap, local = array(data, "gap"), array(data, "local_hematocrit")
+    assert (gap > 0).all() and (gap <= 1).all() and (local > 0).all() and (local < 1).all()
+    assert numpy.allclose(numpy.linalg.norm(array(data, "orientation"), axis=1), 1)
+    assert (vtk_to_numpy(cells.GetVerts().GetConnectivityArray()) == numpy.arange(len(pos))).all()
     # The thin axis is what the quaternion w, x, y, z makes of y.
-    w, x, y, z = array(cells.GetCellData(), "orientation").T
+    w, x, y, z = array(data, "orientation").T
     turned = numpy.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1)
-    assert numpy.allclose(turned, array(cells.GetCellData(), "thin_axis"), atol=1e-9)
+    assert numpy.allclose(turned, array(data, "thin_axis"), atol=1e-9)
 
     mesh, membranes = read(name + "_mesh.vtp"), read(name + "_cells.vtp")
     assert membranes.GetNumberOfPoints() == len(pos) * mesh.GetNumberOfPoints()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""VTK's XML PolyData files (.vtp) with appended raw data, written in pieces."""
+"""VTK's XML PolyData files (.vtp), written in pieces. Data stand inline in base64: no XML parser stumbles over them."""
 from __future__ import annotations
 
+import binascii
 import dataclasses
 from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
@@ -31,31 +32,44 @@ class Array:
         return self.rows * self.components * np.dtype(self.type).itemsize
 
 
+def index_type(largest: int) -> str:
+    """The shorter one, if numbers of points or ends of cells fit into it."""
+    return "<i4" if largest < 1 << 31 else "<i8"
+
+
+def base64(pieces: Iterable[bytes]) -> Iterator[bytes]:
+    """Of all pieces as one: three bytes are four characters."""
+    rest = b""
+    for piece in pieces:
+        piece = rest + piece
+        end = len(piece) - len(piece) % 3
+        rest = piece[end:]
+        yield binascii.b2a_base64(memoryview(piece)[:end], newline=False)
+    yield binascii.b2a_base64(rest, newline=False)
+
+
 def polydata(name: str, arrays: List[Array], points: int, verts: int = 0, lines: int = 0, polys: int = 0) -> File:
-    """A file of these arrays. Data belong to the points, too, if each is a vertex."""
-    def head() -> str:
-        text = ('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
-                f'<PolyData>\n<Piece NumberOfPoints="{points}" NumberOfVerts="{verts}" NumberOfLines="{lines}" '
-                f'NumberOfStrips="0" NumberOfPolys="{polys}">\n')
-        for tag, section in (*([("PointData", "data")] if points == verts else []), ("CellData", "data"), ("Points", "Points"),
-                             ("Verts", "Verts"), *([("Lines", "Lines")] if lines else []), ("Polys", "Polys")):
-            text += f"<{tag}>\n"
-            offset = 0
-            for array in arrays:
-                if array.section == section:
-                    text += (f'<DataArray type="{TYPES[array.type]}" Name="{array.name}" '
-                             f'NumberOfComponents="{array.components}" format="appended" offset="{offset}"/>\n')
-                offset += 8 + array.size
-            text += f"</{tag}>\n"
-        return text + '</Piece>\n</PolyData>\n<AppendedData encoding="raw">\n_'
+    """A file of these arrays. Data belong to the points if these are the cells, too, which are of one point each."""
+    def content(array: Array) -> Iterator[bytes]:
+        """The size in bytes, and the numbers."""
+        yield np.int64(array.size).astype("<i8").tobytes()
+        for piece in array.pieces():
+            yield np.asarray(piece).astype(array.type, copy=False).tobytes()
 
     def pieces() -> Iterator[bytes]:
-        yield head().encode()
-        for array in arrays:
-            yield np.int64(array.size).astype("<i8").tobytes()
-            for piece in array.pieces():
-                yield np.asarray(piece).astype(array.type, copy=False).tobytes()
-        yield b"\n</AppendedData>\n</VTKFile>\n"
+        yield ('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
+               f'<PolyData>\n<Piece NumberOfPoints="{points}" NumberOfVerts="{verts}" NumberOfLines="{lines}" '
+               f'NumberOfStrips="0" NumberOfPolys="{polys}">\n').encode()
+        for tag, section in (("PointData" if verts else "CellData", "data"), ("Points", "Points"),
+                             ("Verts", "Verts"), *([("Lines", "Lines")] if lines else []), ("Polys", "Polys")):
+            yield f"<{tag}>\n".encode()
+            for array in (array for array in arrays if array.section == section):
+                yield (f'<DataArray type="{TYPES[array.type]}" Name="{array.name}" '
+                       f'NumberOfComponents="{array.components}" format="binary">\n').encode()
+                yield from base64(content(array))
+                yield b"\n</DataArray>\n"
+            yield f"</{tag}>\n".encode()
+        yield b"</Piece>\n</PolyData>\n</VTKFile>\n"
 
     return File(name, pieces)
 
@@ -72,7 +86,8 @@ def surface(name: str, points: np.ndarray, triangles: Optional[np.ndarray] = Non
     for section, cells in (("Lines", edges), ("Polys", triangles)):
         if cells is not None and len(cells):
             ends = cells.shape[1] * np.arange(1, len(cells) + 1)
-            arrays += [whole(section, "connectivity", "<i8", 1, cells), whole(section, "offsets", "<i8", 1, ends)]
+            type_ = index_type(max(len(points), cells.size))
+            arrays += [whole(section, "connectivity", type_, 1, cells), whole(section, "offsets", type_, 1, ends)]
     arrays += [whole("data", key, "<i8", 1, values) for key, values in (data or {}).items()]
     return polydata(name, arrays, len(points), 0, 0 if edges is None else len(edges), 0 if triangles is None else len(triangles))
 
@@ -110,8 +125,8 @@ def _centres(packing: PackingFile, index: int) -> File:
 
     return polydata(kind.name + ".vtp", [
         array("Points", "Points", "<f8", 3, lambda cells: packing.positions[cells]),
-        array("Verts", "connectivity", "<i8", 1, lambda cells: cells - first()),
-        array("Verts", "offsets", "<i8", 1, lambda cells: cells - first() + 1),
+        array("Verts", "connectivity", index_type(kind.count), 1, lambda cells: cells - first()),
+        array("Verts", "offsets", index_type(kind.count), 1, lambda cells: cells - first() + 1),
         array("data", "id", "<i8", 1, lambda cells: cells),
         array("data", "species", "<i8", 1, lambda cells: np.full(len(cells), index)),
         array("data", "gap", "<f8", 1, lambda cells: packing.column("gap")[cells]),
@@ -159,9 +174,10 @@ def membranes_of(name: str, groups: Sequence[Tuple[int, np.ndarray, np.ndarray, 
             for one in some(cells, size):
                 yield np.repeat(values[one], len(triangles))
 
+    type_of_corners = index_type(max(number_of_points, 3 * number_of_triangles))
     arrays = [Array("Points", "Points", "<f4", 3, number_of_points, positions),
-              Array("Polys", "connectivity", "<i8", 1, 3 * number_of_triangles, corners),
-              Array("Polys", "offsets", "<i8", 1, number_of_triangles, ends)]
+              Array("Polys", "connectivity", type_of_corners, 1, 3 * number_of_triangles, corners),
+              Array("Polys", "offsets", type_of_corners, 1, number_of_triangles, ends)]
     for key, (type_, values) in data.items():
         arrays.append(Array("data", key, type_, 1, number_of_triangles, lambda values=values: per_triangle(values)))
     return polydata(name, arrays, number_of_points, polys=number_of_triangles)

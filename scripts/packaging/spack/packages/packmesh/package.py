@@ -43,11 +43,14 @@ class Packmesh(CMakePackage):
     depends_on("google-benchmark", type="build", when="+tests")
     depends_on("povray", type=("build", "run"), when="+tests")
 
-    # Parts of the page of reports.
-    resource(name="three", url="https://registry.npmjs.org/three/-/three-0.111.0.tgz",
-             sha256="c0f06a76cad7d725a8a21d11d1de145e1f574d68cb130ab2f153e0c1c289bf41",
-             placement="javascript/three", expand=True)
-    resource(name="chart.js", url="https://registry.npmjs.org/chart.js/-/chart.js-3.9.1.tgz",
+    # Parts of the page of reports. The files of three.js r111 have the checksums of those in its package 0.111.0 for npm.
+    resource(name="three", url="https://raw.githubusercontent.com/mrdoob/three.js/r111/build/three.min.js",
+             sha256="cd0bb6c699acc574c48ded9499338e69d00c4029bae6512b669b5db74dd8fea6",
+             placement="javascript/three", expand=False)
+    resource(name="controls", url="https://raw.githubusercontent.com/mrdoob/three.js/r111/examples/js/controls/OrbitControls.js",
+             sha256="6e83de3bc8156ad002b92bbc9620eec76418d3495458acb5a831cc7227a1b094",
+             placement="javascript/controls", expand=False)
+    resource(name="chart.js", url="https://github.com/chartjs/Chart.js/releases/download/v3.9.1/chart.js-3.9.1.tgz",
              sha256="111e0751796f087a51e94dfed910ccfb1278fd30e584a6e48514dba9ae7e72c6",
              placement="javascript/chart.js", expand=True)
 
@@ -56,8 +59,8 @@ class Packmesh(CMakePackage):
         return [
             self.define_from_variant("BUILD_TESTING", "tests"),
             self.define_from_variant("PACKMESH_PYTHON", "python"),
-            self.define("THREE_JS", libraries + "/three/build/three.min.js"),
-            self.define("THREE_CONTROLS_JS", libraries + "/three/examples/js/controls/OrbitControls.js"),
+            self.define("THREE_JS", libraries + "/three/three.min.js"),
+            self.define("THREE_CONTROLS_JS", libraries + "/controls/OrbitControls.js"),
             self.define("CHART_JS", libraries + "/chart.js/dist/chart.min.js"),
         ]
 
