@@ -7,10 +7,10 @@
 #include <string_view>
 
 #include "hemocell_adapter/base/messages.h"
-#include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/make_species.h"
 #include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/plan.h"
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {

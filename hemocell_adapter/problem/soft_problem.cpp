@@ -13,16 +13,8 @@
 #include "hemocell_adapter/problem/parts.h"
 
 namespace packmesh::hemocell {
-namespace {
 
-/// HemoCell deletes cells with a vertex on a solid node: a vertex this far from the wall is on none [dx].
-const double wallClearanceOfSoft = std::sqrt(0.5);
-/// Iterations with that room, and its share of the time that is left; in capillaries that leave no room for
-/// it, cells may be nearer to the wall. A tenth of the time is for the certificate.
-constexpr std::int64_t iterationsWithRoom = 4000;
-constexpr double shareWithRoom = 0.5, shareOfTimeForSoft = 0.9;
-
-std::vector<SoftSpecies> softSpecies(const Problem& problem, const PartsToPack& packed) {
+std::vector<SoftSpecies> softSpeciesOf(const Problem& problem, const PartsToPack& packed) {
   std::vector<SoftSpecies> soft;
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
@@ -31,17 +23,7 @@ std::vector<SoftSpecies> softSpecies(const Problem& problem, const PartsToPack& 
   return soft;
 }
 
-/// With room at the wall, if there can be more than is demanded, and with as much as is demanded.
-/// @param ofNodes the lumen consists of fluid nodes: room is what a smooth wall leaves
-std::vector<Clearances> softLevels(const Problem& problem, bool ofNodes) {
-  std::vector<Clearances> levels = {problem.demanded};
-  const bool mayHaveRoom = ofNodes ? problem.demanded.wall == 0.0 : problem.request.choosesWallClearance();
-  if (!problem.lumen.solidWalls || !problem.lumen.container->wall() || !mayHaveRoom) return levels;
-  levels.insert(levels.begin(), problem.demanded);
-  if (!ofNodes)
-    levels.front().wall = std::max(problem.demanded.wall, wallClearanceOfSoft * problem.request.dx);
-  return levels;
-}
+namespace {
 
 /// The species with these cells, which are all there; fixed ones stay.
 std::vector<SpeciesPlan> softPlans(const Problem& problem, const PartsToPack& packed,
@@ -74,7 +56,8 @@ std::vector<SpeciesPlan> softPlans(const Problem& problem, const PartsToPack& pa
 /// Deviations that packing undeformed cells tolerates, and that are not worth telling [µm; rad].
 constexpr double littleOutside = 0.01, littleTurned = 1e-3;
 
-/// Cells that were kept in regions and to directions before they grew, and are not any more.
+}  // namespace
+
 std::optional<std::string> strayWarning(const Problem& problem, const PartsToPack& packed,
                                         const std::vector<Cell>& cells) {
   std::int64_t outside = 0, turned = 0;
@@ -113,61 +96,21 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
                      named(ofVolume ? "max-volume-change" : "max-area-change"));
 }
 
-}  // namespace
+SoftLimits softLimitsOf(const Request& request, const Rung& rung) {
+  SoftLimits limits;
+  limits.force = request.maxForce;
+  limits.volume = request.maxVolumeChange;
+  limits.area = request.maxAreaChange;
+  limits.aim = std::min(limits.aim, 0.9 * limits.force);
+  limits.iterations = rung.most;
+  limits.fewerCells = rung.fewerCells;
+  limits.savesFailed = rung.savesFailed;
+  return limits;
+}
 
-SoftProblem packSoftProblem(const Problem& problem, const SoftRun& run) {
-  const Wall* const wall = problem.lumen.container->wall();
-  const bool ofNodes = wall && wall->smoothReach() > 0.0;
-  const std::vector<Clearances> levels = softLevels(problem, ofNodes);
-  SoftProblem made;
-  std::string withRoom;  // why not; empty if it was not tried, as in a run that is continued
-  for (std::size_t n = 0; n < levels.size(); ++n) {
-    const bool last = n + 1 == levels.size();
-    const PartsToPack packed = partsAt(problem, problem.layout, levels[n]);
-    const auto packing =
-        std::make_shared<PackingProblem>(packingProblemOf(problem, packed, run.interrupted, run.progress));
-    packing->physics.smoothWalls = ofNodes && !last;
-    made.packing = packing;
-    if (!run.prepare(*packing, last)) continue;
-    if (const double most = problem.request.maxSeconds; most > 0.0)
-      packing->execution.limits.maxSeconds = std::max(
-          Limits::leastSeconds, (last ? shareOfTimeForSoft : shareWithRoom) * (most - run.elapsed()));
-    SoftLimits limits;
-    limits.force = problem.request.maxForce;
-    limits.volume = problem.request.maxVolumeChange;
-    limits.area = problem.request.maxAreaChange;
-    limits.aim = std::min(limits.aim, 0.9 * limits.force);
-    if (!last) limits.iterations = iterationsWithRoom;
-    limits.fewerCells = last && problem.request.bestEffort;
-    limits.savesFailed = last;
-    limits.deform = run.deform;
-    if (problem.request.maxIterations)
-      limits.iterations = std::min(limits.iterations, *problem.request.maxIterations);
-    SoftPacking soft = packSoft(*packing, softSpecies(problem, packed), limits);
-    if (soft.outcome == Outcome::interrupted) return made;
-    if (soft.outcome != Outcome::certified) {
-      made.failure = failureOf(soft, limits);
-      if (!last) withRoom = made.failure;
-      made.fewer = !soft.cells.empty();
-      if (!made.fewer) continue;
-    } else if (soft.startScale == 1.0) {
-      made.packing.reset();
-      made.problem = problem;
-      return made;
-    }
-    if (last && levels.size() > 1 && !ofNodes)
-      made.notices.warnings.push_back(
-          fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
-                      "node: HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more "
-                      "room{}",
-                      levels.front().wall, withRoom.empty() ? "" : "; that far from the wall " + withRoom));
-    if (auto warning = strayWarning(problem, packed, soft.cells))
-      made.notices.warnings.push_back(std::move(*warning));
-    made.end = std::move(soft.end);
-    made.problem = withOtherCells(problem, softPlans(problem, packed, soft.cells), levels[n]);
-    return made;
-  }
-  return made;
+Problem problemOfSoftCells(const Problem& problem, const PartsToPack& packed,
+                           const std::vector<Cell>& cells) {
+  return withOtherCells(problem, softPlans(problem, packed, cells), packed.clearances);
 }
 
 }  // namespace packmesh::hemocell

@@ -26,9 +26,8 @@
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/plan_profile.h"
-#include "hemocell_adapter/problem/soft_problem.h"
-#include "hemocell_adapter/session/clearance_search.h"
 #include "hemocell_adapter/session/examination.h"
+#include "hemocell_adapter/session/ladder.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
@@ -183,9 +182,26 @@ std::string fixedText(const Packing& packing) {
                      fixed == 1 ? " is" : "s are", missing, missing == 1 ? "" : "s");
 }
 
+/// @throws InputError where undeformed cells cannot be packed, and deformed ones take too much
+void requireMemoryOfSoftCells(const Problem& problem, LumenSample& sample) {
+  if (!problem.request.soft) return;
+  std::int64_t cells = 0;
+  for (const CellSpecies& species : problem.species)
+    if (species.redCell && !species.rigid) cells += species.count;
+  if (double(cells) * leastOfDeformedCell / problem.ranks.size() > availableMemory(problem.ranks) &&
+      forecastOf(problem, sample).effectiveFraction > Forecast::possible)
+    requireMemory(cells, problem.ranks, leastOfDeformedCell);
+}
+
 /// Why there is nothing to hand out if not all cells could be packed.
 std::string failureText(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
   const Problem& problem = *packing.problem;
+  if (!packing.whyFewer.empty() && packing.cellCount == 0)
+    return fmt::format("soft cells could not be packed within the limits{}: {}; {}. Fewer cells are easier",
+                       problem.request.maxSeconds > 0.0
+                           ? fmt::format(" ({})", durationText(problem.request.maxSeconds))
+                           : "",
+                       packing.whyFewer, delivery.nothing);
   const bool begun = packing.statistics.effort() > 0;
   if (packing.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request.maxSeconds, delivery);
@@ -281,148 +297,23 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
   return problem;
 }
 
-Session::Ready Session::withSoftCells(const std::shared_ptr<const Problem>& problem,
-                                      const OutputRequest& output, bool deform) {
-  requireMemoryOfSoftCells(problem);
-  ProgressLog progressLog(*problem, sampleOf(problem));
-  std::optional<StateFiles> states;
-  const std::optional<std::filesystem::path> restart = deform ? std::nullopt : problem->request.restart;
-  std::string digest;
-  if (restart) together(ranks_, [&] { digest = readStateHead(*restart).digest; });
-  const auto prepare = [&](PackingProblem& packing, bool last) {
-    const bool continues = restart && !states;
-    if (continues && !last && digestOf(packing) != digest) return false;
-    states.emplace(problem->request, output, packing);
-    packing.checkpoints = states->checkpoints();
-    if (continues) packing.resume = stateToContinue(*restart, packing, true);
-    return true;
-  };
-  SoftProblem soft = packSoftProblem(
-      *problem, {hooks_.interrupted, [&](const Progress& progress) { hooks_.tell(progress, progressLog); },
-                 [&] { return ranks_.max(timer_.wall()); }, prepare, deform});
-  const bool interrupted = ranks_.any(hooks_.interrupted && hooks_.interrupted());
-  if (interrupted && soft.end) states->checkpoints()->save(*soft.end);  // it has just ended
-  stateSaved_ = states->saved().value_or(stateSaved_);
-  stateSavedOnce_ = stateSavedOnce_ || states->savedAny();
-  if (interrupted) throwInterrupted(output);
-  const Request& request = problem->request;
-  if (!soft.problem && request.bestEffort) return {nullptr, soft.failure + "; of undeformed cells"};
-  if (!soft.problem)
-    throw AgreedFailure(
-        {ExitCode::outOfReach,
-         fmt::format("soft cells could not be packed within the limits{}: {}; {}. Fewer cells are easier",
-                     request.maxSeconds > 0.0 ? fmt::format(" ({})", durationText(request.maxSeconds)) : "",
-                     soft.failure, delivery_.nothing)});
-  tell(soft.notices);
-  return {std::make_shared<const Problem>(std::move(*soft.problem)),
-          soft.fewer ? soft.failure + "; without those that found no room" : "", std::move(soft.packing),
-          std::move(soft.end)};
-}
-
-/// Where undeformed cells cannot be packed.
-void Session::requireMemoryOfSoftCells(const std::shared_ptr<const Problem>& problem) {
-  std::int64_t cells = 0;
-  for (const CellSpecies& species : problem->species)
-    if (species.redCell && !species.rigid) cells += species.count;
-  together(ranks_, [&] {
-    if (double(cells) * leastOfDeformedCell / ranks_.size() > availableMemory(ranks_) &&
-        forecastOf(*problem, sampleOf(problem)).effectiveFraction > Forecast::possible)
-      requireMemory(cells, ranks_, leastOfDeformedCell);
-  });
-}
-
-void Session::saveEndOfSoftCells(const Ready& ready, const OutputRequest& output) {
-  StateFiles states(ready.problem->request, output, *ready.softPacking);
-  states.checkpoints()->save(*ready.softEnd);
-  stateSaved_ = *states.saved();
-}
-
-bool Session::continuesSoftCells(const Problem& problem) const {
-  bool continues = false;
-  together(ranks_, [&] {
-    const std::filesystem::path& state = *problem.request.restart;
-    const StateHead head = readStateHead(state);
-    continues = head.stage == softCellsStage;
-    if (head.stage == finishedStage && head.deformed && !problem.hasDeformed())
-      throw InputError(fmt::format("{}: is the result of packing soft cells; {} takes its cells",
-                                   state.string(), named("start", state.string())));
-  });
-  return continues;
-}
-
-std::optional<Packing> Session::undeformed(const std::shared_ptr<const Problem>& requested,
-                                           const OutputRequest& output, bool fewerCells) {
-  constexpr std::int64_t mostSweeps = 10000;
-  constexpr double shareOfTime = 0.5;
-  LumenSample& sample = sampleOf(requested);
-  if (!fewerCells && forecastOf(*requested, sample).effectiveFraction > Forecast::possible) return {};
-  SearchLimits limits(requested->request);
-  limits.soft = false;
-  limits.fewerCells = fewerCells;
-  if (!fewerCells) limits.maxSeconds *= shareOfTime;
-  limits.maxIterations = std::min(mostSweeps, limits.maxIterations.value_or(mostSweeps));
-  ClearanceSearch search(requested, output, sample, hooks_, limits, false);
-  Packing found = search.withClearances(timer_);
-  if (found.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted()))
-    throwInterrupted(output);
-  if (found.cellCount == 0 || (!fewerCells && found.outcome != Outcome::certified)) return {};
-  return found;
-}
-
-Packing Session::withClearances(const Ready& ready, const OutputRequest& output) {
-  // From the certificate of soft cells nothing continues: it takes less time than they.
-  ClearanceSearch search(ready.problem, output, sampleOf(ready.problem), hooks_, {}, !ready.softPacking);
-  Packing found = search.withClearances(timer_);
-  stateSaved_ = stateSaved_ || search.saved();
-  stateSavedOnce_ = stateSavedOnce_ || search.savedAny();
-  return found;
-}
-
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
-  together(ranks_, [&] { requireMemory(requested->mostCells(), ranks_); });
+  together(ranks_, [&] {
+    requireMemory(requested->mostCells(), ranks_);
+    requireMemoryOfSoftCells(*requested, sampleOf(requested));
+  });
   makeStateFolder(output, ranks_);
-  std::optional<Packing> found;
-  Ready ready{requested, ""};
-  const bool begins = !requested->request.restart;
-  if (requested->request.softIfNeeded && begins) {
-    found = undeformed(requested, output, false);
-    log::info(found ? "Undeformed cells could be packed: none are soft"
-                    : "Undeformed cells cannot be packed as requested: cells are soft");
-  }
-  if (!found && requested->request.soft && (begins || continuesSoftCells(*requested)))
-    ready = withSoftCells(requested, output, false);
-  if (!ready.problem) {
-    ready.problem = requested;
-    found = undeformed(requested, output, true);
-    if (!found)
-      throw AgreedFailure({ExitCode::outOfReach,
-                           fmt::format("soft cells could not be packed within the limits: {} not even one "
-                                       "could be packed; {}",
-                                       ready.whyFewer, delivery_.nothing)});
-  }
-  if (!found) found = withClearances(ready, output);
-  const bool mayDeform = requested->request.soft && !ready.softPacking && ready.whyFewer.empty();
-  if (mayDeform && found->outcome == Outcome::outOfReach) {
-    Ready soft = withSoftCells(requested, output, true);
-    if (soft.problem) found = withClearances(ready = std::move(soft), output);
-  }
-  Packing packing = std::move(*found);
-  const Problem& problem = *ready.problem;
-  if (packing.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted && hooks_.interrupted())) {
-    if (ready.softEnd)
-      saveEndOfSoftCells(ready, output);
-    else if (packing.state && savesCheckpoints(problem.request, output))  // it has just ended
-      stateSaved_ = saveAsCheckpoint(packing);
-    throwInterrupted(output);
-  }
-  if (!ready.whyFewer.empty() && packing.cellCount < requested->mostCells()) {
-    packing.whyFewer = std::move(ready.whyFewer);
+  Ladder ladder(requested, output, sampleOf(requested), hooks_, timer_);
+  Packing packing = ladder.climb();
+  stateSaved_ = ladder.saved();
+  stateSavedOnce_ = ladder.savedAny();
+  if (packing.outcome == Outcome::interrupted) throwInterrupted(output);
+  if (!packing.whyFewer.empty() && packing.cellCount < requested->mostCells()) {
     packing.outcome = Outcome::outOfReach;
-    packing.problem = asRequested(problem, *requested);
+    packing.problem = asRequested(*packing.problem, *requested);
   }
-  packing.output = output;
-  const bool repeats = problem.request.isTiled() && isEnough(packing);
   packing = withTally(std::move(packing));
+  const bool repeats = requested->request.isTiled() && isEnough(packing);
   packing = repeats ? repeatInTiles(std::move(packing)) : verify(std::move(packing));
   packing.times = {timer_.cpu(), timer_.wall()};
   return packing;

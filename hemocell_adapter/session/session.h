@@ -12,7 +12,7 @@
 #include "hemocell_adapter/output/packing.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/problem/problem.h"
-#include "hemocell_adapter/session/clearance_search.h"
+#include "hemocell_adapter/session/ladder.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/parallel/communicator.h"
 
@@ -86,8 +86,7 @@ class Session {
   /// @throws AgreedFailure
   std::shared_ptr<const Problem> prepare(const CompletedRequest& completed);
 
-  /// Packs, with the widest clearances that are found quickly, and verifies; repeats the packing in a larger
-  /// box if that is requested.
+  /// Packs by the plan (plan.h), and verifies; repeats the packing in a larger box if that is requested.
   /// @param output of which checkpoints and states of the engine are written
   /// @throws AgreedFailure if not all cells could be packed (unless the request is content with those that
   ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
@@ -103,27 +102,6 @@ class Session {
 
  private:
   [[noreturn]] void throwInterrupted(const OutputRequest& output) const;
-  /// Cells for a problem.
-  struct Ready {
-    /// Of packing them where they are, or as requested; nullptr: no soft cells could be packed.
-    std::shared_ptr<const Problem> problem;
-    std::string whyFewer;  ///< if there are fewer than requested, and what is packed instead
-    /// If cells are soft, what was packed, and its state.
-    std::shared_ptr<const PackingProblem> softPacking = {};
-    std::optional<PackingState> softEnd = {};
-  };
-  /// Deformed cells, if undeformed ones cannot be packed.
-  /// @param deform they could not, although a short search had found some, now or in a run that is continued
-  Ready withSoftCells(const std::shared_ptr<const Problem>& problem, const OutputRequest& output,
-                      bool deform);
-  Packing withClearances(const Ready& ready, const OutputRequest& output);
-  /// Undeformed cells as requested, or else as many as possible; nothing if they cannot be packed.
-  std::optional<Packing> undeformed(const std::shared_ptr<const Problem>& requested,
-                                    const OutputRequest& output, bool fewerCells);
-  void requireMemoryOfSoftCells(const std::shared_ptr<const Problem>& problem);
-  void saveEndOfSoftCells(const Ready& ready, const OutputRequest& output);
-  /// Whether the state of the request is one of soft cells. @throws AgreedFailure if it is their result
-  bool continuesSoftCells(const Problem& problem) const;
   std::shared_ptr<const Problem> correctByPilots(std::shared_ptr<const Problem> problem) const;
   Packing verify(Packing packing);
   Packing repeatInTiles(Packing before);

@@ -281,7 +281,7 @@ struct Request {
 
   /// Least gaps, 0 where none is stated.
   Clearances demanded() const { return {clearance.value_or(0.0), wallClearance.value_or(0.0)}; }
-  /// Not specified, so that packing may keep more than demanded (clearances.h).
+  /// Not specified, so that packing may keep more than demanded (plan.h).
   bool choosesClearance() const { return !clearance && !largestClearance; }
   bool choosesWallClearance() const { return !wallClearance; }
 };

@@ -106,6 +106,7 @@ class SoftPacker {
       grows_.push_back(!species.freedom.fixed && !softness[s].rigid);
       const double ofSpecies = double(species.count) * membranes_.back()->volume();
       volume += ofSpecies;
+      if (species.freedom.fixed) fixed_ += ofSpecies / physics_.container->volume();
       if (grows_.back()) growing += ofSpecies;
       area += double(species.count) * membranes_.back()->area();
     }
@@ -124,6 +125,11 @@ class SoftPacker {
         settings_.wallRange = std::min(settings_.wallRange, reach);
     if (limits_.fewerCells && control_.limited())
       control_.stopAfter(shareOfAll * problem.execution.limits.maxSeconds);
+  }
+
+  /// canPackUndeformed().
+  bool placeUndeformedEasily() {
+    return fraction_ - fixed_ <= possibleFraction * (1.0 - fixed_) && placeUndeformed(1.0);
   }
 
   SoftPacking run() {
@@ -172,10 +178,6 @@ class SoftPacker {
     SoftPacking out;
     if (!std::exchange(resumed_, false)) {
       if (!placeSmallCells(out)) return out;
-      if (scale_ == 1.0) {
-        out.outcome = Outcome::certified;
-        return out;
-      }
       begin();
     }
     out.startScale = scale_;
@@ -354,8 +356,6 @@ class SoftPacker {
 
   /// Packs undeformed cells, as large as that is easy. @return whether it succeeded
   bool placeSmallCells(SoftPacking& out) {
-    if (!limits_.deform && attempt_ == 0 && fraction_ <= possibleFraction && placeUndeformed(1.0))
-      return true;
     if (growing_ > 0.0) {
       // Of the lumen that is left by cells that do not grow.
       const double left = std::max(0.0, 1.0 - (fraction_ - growing_));
@@ -523,8 +523,9 @@ class SoftPacker {
   RunControl control_;
   std::vector<std::shared_ptr<const Membrane>> membranes_;
   SoftSettings settings_;
-  std::vector<char> grows_;                ///< of each species, whether its cells are soft
-  double fraction_ = 0.0, growing_ = 0.0;  ///< of the lumen, that cells fill; that soft ones fill
+  std::vector<char> grows_;             ///< of each species, whether its cells are soft
+  double fraction_ = 0.0;               ///< of the lumen, that cells fill
+  double fixed_ = 0.0, growing_ = 0.0;  ///< likewise, fixed ones and those that are soft
   double scale_ = 1.0;
   int attempt_ = 0, attemptOfCells_ = 0;
   bool meetsWall_ = false;  ///< at the end of growAndComeToRest()
@@ -562,6 +563,10 @@ SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecie
   SoftPacking packed = SoftPacker(problem, species, limits).run();
   returnFreedMemory();
   return packed;
+}
+
+bool canPackUndeformed(const PackingProblem& problem, const std::vector<SoftSpecies>& species) {
+  return SoftPacker(problem, species, {}).placeUndeformedEasily();
 }
 
 }  // namespace packmesh

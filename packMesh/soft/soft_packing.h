@@ -21,10 +21,9 @@ struct SoftSpecies {
 
 struct SoftPacking {
   Outcome outcome = Outcome::outOfReach;
-  /// Of all ranks, by species of the physics, at the poses of the templates that fit best; none if undeformed
-  /// cells can be packed (startScale 1). If not all could be packed, none, or with SoftLimits::fewerCells
-  /// those that could; what follows is what all of them reached. Fixed cells are left out, since they stay as
-  /// they are.
+  /// Of all ranks, by species of the physics, at the poses of the templates that fit best. If not all could
+  /// be packed, none, or with SoftLimits::fewerCells those that could; what follows is what all of them
+  /// reached. Fixed cells are left out, since they stay as they are.
   std::vector<Cell> cells;
   double startScale = 1.0;  ///< of the undeformed cells that were packed first
   double scale = 1.0;       ///< smallest of a cell at the end
@@ -48,7 +47,6 @@ struct SoftLimits {
   /// If not all cells can be packed: whether those that find no room are taken out until the others can.
   bool fewerCells = false;
   bool savesFailed = true;  ///< if there are checkpoints: also of a packing that did not succeed
-  bool deform = false;      ///< also where undeformed cells can be packed easily
 
   double share(const Deformation& of) const;  ///< the largest, of these limits
   bool allow(const Deformation& of) const { return share(of) <= 1.0; }
@@ -61,12 +59,15 @@ struct SoftLimits {
 /// From the first step of soft cells on there are checkpoints, from which it continues with the same result
 /// (PackingProblem::resume); the last one is that of all cells.
 ///
-/// Where undeformed cells can be packed, none are deformed, and the result is empty. `certified` means that
-/// all cells have full size and are within the limits. No step of the method lets membranes meet, but
-/// in single precision: the cells are to be certified by the numbers that are written.
+/// `certified` means that all cells have full size and are within the limits. No step of the method lets
+/// membranes meet, but in single precision: the cells are to be certified by the numbers that are written.
 /// @param species those of the problem
 /// @throws InputError like pack(), and if the state to continue from is of other membranes
 SoftPacking packSoft(const PackingProblem& problem, const std::vector<SoftSpecies>& species,
                      const SoftLimits& limits);
+
+/// Whether undeformed cells of full size can be packed easily, by a short attempt where they fill little of
+/// the room that fixed cells leave. All ranks call, with the same arguments.
+bool canPackUndeformed(const PackingProblem& problem, const std::vector<SoftSpecies>& species);
 
 }  // namespace packmesh

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/session/clearance_search.h"
+#include "hemocell_adapter/session/ladder.h"
 #include "packMesh/parallel/communicator.h"
 
 /// Messages of the library go to the logger "packmesh", which prints nothing unless Python tells it to.

@@ -5,7 +5,7 @@
 
 #include <regex>
 
-#include "hemocell_adapter/session/clearance_search.h"
+#include "hemocell_adapter/session/ladder.h"
 #include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Room between membranes and to the wall that nobody asked for, and the largest there is.
-#include "hemocell_adapter/problem/clearances.h"
+// The attempts of a run: with room between membranes and to the wall that nobody asked for, the largest there
+// is, soft.
+#include "hemocell_adapter/problem/plan.h"
 #include "hemocell_adapter/base/messages.h"
 
 #include "tests/hemocell_adapter/planned_problem.h"
@@ -18,30 +19,18 @@ std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
   return clearanceLevels(planned(words, program));
 }
 
-/// Packs what a rule allows, and remembers what it was asked.
-struct Packer {
-  std::function<Outcome(const Clearances&)> rule;
-  std::vector<Clearances> tried = {};
-  std::vector<AttemptLimits> limits = {};
-  double seconds = 0.0;
+Plan planFor(const std::vector<std::string>& words, Begin begin = Begin::anew) {
+  const Problem problem = planned(words);
+  LumenSample sample(problem);
+  return planOf(problem, sample, begin);
+}
 
-  PackingResult pack(const Request& request, const std::vector<Clearances>& levels, std::size_t first = 0) {
-    return packWithClearances(
-        request, request, levels, first, 1000, [this] { return seconds; },
-        [this](const Clearances& c, const AttemptLimits& l) {
-          tried.push_back(c);
-          limits.push_back(l);
-          seconds += 1.0;
-          PackingResult result;
-          result.outcome = rule(c);
-          result.clearance = c.membranes;
-          result.wallClearance = c.wall;
-          return std::optional<PackingResult>(std::move(result));
-        });
-  }
-};
-
-const std::vector<Clearances> threeLevels = {{0.05, 0.5}, {0.025, 0.25}, {0.0, 0.0}};
+/// "p" probe, "u" undeformed, "s" soft; capital letters: fewer cells are enough.
+std::string lettersOf(const Plan& plan) {
+  std::string text;
+  for (const Rung& rung : plan.rungs) text += (rung.fewerCells ? "UPS" : "ups")[int(rung.cells)];
+  return text;
+}
 
 double numberAfter(const std::string& text, const std::string& words) {
   const std::size_t at = text.find(words);
@@ -102,11 +91,7 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
   escaping.push_back("--escape");
   CHECK(levelsOf(escaping).size() == 1);
 
-  Request request;
-  request.method = Method::cat;
-  Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  CHECK(packer.pack(request, threeLevels).wallClearance == 0.25);
-  CHECK(packer.limits[0].maxSweeps == 100);
+  CHECK(planFor(box).rungs.front().most == 100);
 
   const TemporaryFolder folder;
   const Ran grown = run(folder.path(), "25 25 25 --hematocrit 0.2 --method cat");
@@ -117,58 +102,86 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
   CHECK(run(folder.path(), "check --box 25 25 25 --clearance 0.05").exitCode == 0);
 }
 
-TEST_CASE("Clearance levels are tried until one is certified, the last one without its own limits",
+TEST_CASE("Clearances are tried one after another, the last ones without limits of their own",
           "[clearances]") {
-  Request request;
-  Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const PackingResult packing = packer.pack(request, threeLevels);
-  CHECK(packing.wallClearance == 0.25);
-  REQUIRE(packer.tried.size() == 2);
-  CHECK_FALSE(packer.limits[0].fewerCells);
-  CHECK(packer.limits[0].maxSweeps > 0);
+  const std::vector<std::string> box = {"30", "30", "30", "--rbc", "100", "--walls", "xyz"};
+  const Plan plan = planFor(box);
+  CHECK(lettersOf(plan) == "uuuU");
+  CHECK_FALSE(plan.widens);
+  const Rung &first = plan.rungs.front(), &last = plan.rungs.back();
+  CHECK(first.most == 600);
+  CHECK(first.someCloser);
+  CHECK(last.most == 0);
+  for (std::size_t i = 0; i < plan.rungs.size(); ++i) CHECK(plan.rungs[i].otherwise == i + 1);
+  CHECK(plan.lines().front() ==
+        "1. undeformed cells, 0.05 µm between membranes, 0.5 µm to the wall, at most 600 sweeps");
+  CHECK(secondsOf(first, 10.0, 2.0) == 2.0);
+  CHECK(secondsOf(last, 10.0, 2.0) == 8.0);
+  CHECK(secondsOf(last, 10.0, 12.0) == Limits::leastSeconds);
+  CHECK(secondsOf(last, 0.0, 12.0) == 0.0);
 
-  Packer hard{[](const Clearances&) { return Outcome::outOfReach; }};
-  request.maxSeconds = 10.0;
-  const PackingResult fewer = hard.pack(request, threeLevels);
-  CHECK(fewer.outcome == Outcome::outOfReach);
-  REQUIRE(hard.tried.size() == 3);
-  CHECK(hard.limits[0].maxSeconds < 3.0);
-  CHECK(hard.limits[2].maxSweeps == 0);
-  CHECK(hard.limits[2].maxSeconds == Approx(8.0));
-  CHECK(hard.limits[2].fewerCells);
-
-  Packer stopped{[](const Clearances&) { return Outcome::interrupted; }};
-  CHECK(stopped.pack(request, threeLevels).outcome == Outcome::interrupted);
-  CHECK(stopped.tried.size() == 1);
-
-  Packer continued{[](const Clearances&) { return Outcome::certified; }};
-  CHECK(continued.pack(request, threeLevels, 1).wallClearance == 0.25);
+  auto limited = box;
+  limited.insert(limited.end(), {"--max-iterations", "50", "--max-time", "9"});
+  CHECK(planFor(limited).rungs.front().most == 50);
+  CHECK_THAT(planFor(limited).lines().front(), EndsWith("at most 50 sweeps, 25 % of the time that is left"));
 }
 
-TEST_CASE("The largest clearance is found to two per cent, or to what the time limit permits",
-          "[clearances]") {
-  Request request;
-  request.largestClearance = true;
-  Packer packer{
-      [](const Clearances& c) { return c.membranes <= 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const PackingResult packing = packer.pack(request, threeLevels);
-  CHECK(packing.outcome == Outcome::certified);
-  CHECK(packing.clearance <= 0.3);
-  CHECK(packing.clearance >= 0.98 * 0.3 - 0.001);
-  CHECK(packing.wallClearance == 0.5);
-  CHECK(packer.tried.size() < 12);
-  CHECK(packer.limits.back().maxSweeps == 600);
+TEST_CASE("Cells are soft where undeformed ones do not fit", "[soft]") {
+  const std::vector<std::string> box = {"14",           "14",  "14",          "--ends", "periodic",
+                                        "--hematocrit", "0.5", "--clearance", "0"};
+  const auto with = [&](std::initializer_list<std::string> more) {
+    std::vector<std::string> all = box;
+    all.insert(all.end(), more);
+    return all;
+  };
+  const Plan soft = planFor(with({"--soft"}));
+  CHECK(lettersOf(soft) == "pus");
+  CHECK(soft.rungs[0].otherwise == 2);
+  CHECK(soft.rungs[2].most == 20000);
+  CHECK(lettersOf(planFor(with({"--soft", "--best-effort"}))) == "puSU");
+  CHECK(lettersOf(planFor(with({"--soft"}), Begin::soft)) == "s");
+  CHECK(lettersOf(planFor(with({"--soft"}), Begin::undeformed)) == "us");
 
-  Packer patient{packer.rule};
-  request.maxIterations = 14000;
-  patient.pack(request, threeLevels);
-  CHECK(patient.limits.back().maxSweeps == 14000);
+  const Plan ifNeeded = planFor(with({"--soft=auto"}));
+  CHECK(lettersOf(ifNeeded) == "us");
+  CHECK(ifNeeded.rungs[0].until == 0.5);
+  CHECK(ifNeeded.rungs[0].most == 10000);
+  CHECK_FALSE(ifNeeded.rungs[0].savesStates);
+  auto denser = with({"--soft=auto"});
+  denser[6] = "0.7";
+  CHECK(lettersOf(planFor(denser)) == "pus");
+}
 
-  Packer hurried{packer.rule};
-  request.maxSeconds = 3.0;
-  const PackingResult some = hurried.pack(request, threeLevels);
-  CHECK(some.outcome == Outcome::certified);
-  CHECK(hurried.tried.size() == 3);
+TEST_CASE("Cells that are all rigid are undeformed", "[soft]") {
+  CHECK(lettersOf(planFor({"14", "14", "14", "--rbc", "0", "--plt", "3", "--soft", "--rigid", "PLT",
+                           "--clearance", "0"})) == "uuuU");
+}
+
+TEST_CASE("Soft cells are tried with room at the wall first", "[soft]") {
+  const Plan tube =
+      planFor({"--cylinder", "x", "4", "20", "--rbc", "2", "--ends", "periodic", "--soft", "--dx", "0.5"},
+              Begin::soft);
+  REQUIRE(lettersOf(tube) == "ss");
+  CHECK(tube.rungs[0].clearances.wall == Approx(0.5 * std::sqrt(0.5)));
+  CHECK(tube.rungs[0].most == 4000);
+  CHECK_FALSE(tube.rungs[0].savesFailed);
+  CHECK(tube.rungs[1].lessRoomThan == tube.rungs[0].clearances.wall);
+  CHECK(tube.rungs[1].clearances.wall == 0.0);
+}
+
+TEST_CASE("The largest clearance is looked for to two per cent", "[clearances]") {
+  CHECK(planFor({"20", "20", "20", "--rbc", "9", "--clearance", "max"}).widens);
+  double succeeded = 0.05, failed = 0.0;
+  int attempts = 0;
+  while (const auto wider = widerClearance(succeeded, failed)) {
+    (*wider <= 0.3 ? succeeded : failed) = *wider;
+    REQUIRE(++attempts < 12);
+  }
+  CHECK(succeeded <= 0.3);
+  CHECK(succeeded >= 0.98 * 0.3 - 0.001);
+  CHECK(widerClearance(0.0, 0.0) == 0.016);
+  CHECK(widerRung(planned({"20", "20", "20", "--rbc", "9"}), {}).most == 600);
+  CHECK(widerRung(planned({"20", "20", "20", "--rbc", "9", "--max-iterations", "14000"}), {}).most == 14000);
 }
 
 TEST_CASE("A box is packed with cells that HemoCell keeps, and with clearance between them", "[clearances]") {

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The attempts of a run, each by itself and all of them.
+#include "hemocell_adapter/session/ladder.h"
+
+#include <memory>
+
+#include "hemocell_adapter/base/messages.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/support/catch.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+
+namespace {
+
+std::shared_ptr<const Problem> problemShared(const std::vector<std::string>& words) {
+  return std::make_shared<const Problem>(planned(words));
+}
+
+/// The attempts at what a command line asks for; prints nothing as long as it exists.
+struct Attempts {
+  explicit Attempts(const std::vector<std::string>& words, Hooks itsHooks = {})
+      : problem(problemShared(words)), hooks(std::move(itsHooks)) {
+    log::setLevel(log::Level::silent);
+  }
+  ~Attempts() { log::setLevel(log::Level::normal); }
+  Attempts(const Attempts&) = delete;
+  Attempts& operator=(const Attempts&) = delete;
+
+  const std::shared_ptr<const Problem> problem;
+  const Hooks hooks;
+  const OutputRequest output;
+  const Timer timer;
+  LumenSample sample{*problem};
+  Ladder ladder{problem, output, sample, hooks, timer};
+};
+
+}  // namespace
+
+TEST_CASE("A packing has its problem, and the parts with the clearances that its certificate refers to",
+          "[attempts]") {
+  Attempts of({"16", "16", "16", "--rbc", "6", "--seed", "3"});
+  const Packing packing = of.ladder.climb();
+  CHECK(packing.problem == of.problem);
+  CHECK(packing.outcome == Outcome::certified);
+  CHECK(packing.clearance > of.problem->demanded.membranes);
+  CHECK(packing.packed.clearances.membranes == packing.clearance);
+  CHECK(packing.packed.clearances.wall == packing.wallClearance);
+  CHECK(packing.certificate.minimumGap >= packing.clearance);
+  CHECK(packing.packed.parts.size() == packing.counts.size());
+  CHECK_FALSE(packing.state);
+  CHECK_FALSE(of.ladder.savedAny());
+}
+
+TEST_CASE("One attempt packs with the clearances that it is given, or says that they are impossible",
+          "[attempts]") {
+  Attempts of({"16", "16", "16", "--rbc", "4", "--walls", "xyz"});
+  Rung rung;
+  rung.clearances = {0.0, 7.9};
+  CHECK_FALSE(of.ladder.attempt(rung));
+  rung.clearances = {0.2, 0.1};
+  const auto packed = of.ladder.attempt(rung);
+  REQUIRE(packed);
+  CHECK(packed->outcome == Outcome::certified);
+  CHECK(packed->clearance == 0.2);
+  CHECK(packed->wallClearance == 0.1);
+}
+
+TEST_CASE("A probe has no cells, and soft cells have their own problem", "[attempts]") {
+  for (const auto& [hematocrit, easy] : {std::pair{"0.3", true}, {"0.7", false}}) {
+    Attempts of(
+        {"10", "10", "10", "--ends", "periodic", "--hematocrit", hematocrit, "--plt_ratio", "0", "--soft"});
+    Rung probe;
+    probe.cells = Rung::Cells::probe;
+    const auto tried = of.ladder.attempt(probe);
+    REQUIRE(tried);
+    CHECK(tried->outcome == (easy ? Outcome::certified : Outcome::outOfReach));
+    CHECK(tried->cellCount == 0);
+    const Packing packing = of.ladder.climb();
+    CHECK(packing.outcome == Outcome::certified);
+    CHECK((packing.problem == of.problem) == easy);
+    CHECK(packing.problem->hasDeformed() != easy);
+  }
+}
+
+TEST_CASE("Soft cells that are out of reach are none, or fewer", "[attempts]") {
+  const std::vector<std::string> dense = {
+      "10",   "10",     "10",          "--ends", "periodic",         "--hematocrit",
+      "0.95", "--soft", "--plt_ratio", "0",      "--max-iterations", "150"};
+  Attempts all(dense);
+  const Packing none = all.ladder.climb();
+  CHECK(none.outcome == Outcome::outOfReach);
+  CHECK(none.cellCount == 0);
+  CHECK_THAT(none.whyFewer, Contains("the cells had grown to 0."));
+  std::vector<std::string> content = dense;
+  content.push_back("--best-effort");
+  Attempts some(content);
+  const Packing fewer = some.ladder.climb();
+  CHECK(fewer.cellCount > 0);
+  CHECK(fewer.cellCount < some.problem->mostCells());
+  CHECK(fewer.certificate.clean());
+  CHECK_THAT(fewer.whyFewer, Contains("; "));
+}
+
+TEST_CASE("The remaining time of soft cells follows from what is left and what was done", "[attempts]") {
+  const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--soft"});
+  LumenSample sample(*problem);
+  ProgressLog progress(*problem, sample);
+  const auto at = [](std::int64_t iteration, std::int64_t left) {
+    return Progress{softCellsStage, iteration, 1.0, 0.0, 0, left};
+  };
+  CHECK_FALSE(progress.remaining(at(10, 90), 5.0));  // the first one
+  CHECK(progress.remaining(at(20, 60), 9.0) == Approx(60 * 4.0 / 10));
+  CHECK(progress.remaining(at(50, 10), 25.0) == Approx(10 * 20.0 / 40));
+  CHECK_THAT(progress.text(at(50, 10), 25.0), Contains("at least 5 s left"));
+  CHECK_FALSE(progress.remaining(at(60, 0), 30.0));
+  CHECK_FALSE(progress.remaining(at(10, 90), 31.0));  // another attempt
+  CHECK(progress.remaining(at(20, 80), 41.0) == Approx(80.0));
+}
+
+TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {
+  Hooks hooks;
+  hooks.interrupted = [] { return true; };
+  for (const bool soft : {false, true}) {
+    std::vector<std::string> words = {"16", "16", "16", "--rbc", "4"};
+    if (soft) words.push_back("--soft");
+    Attempts of(words, hooks);
+    const Packing packing = of.ladder.climb();
+    CHECK(packing.outcome == Outcome::interrupted);
+    CHECK(packing.cells.empty());
+  }
+}
