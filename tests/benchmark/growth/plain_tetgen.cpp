@@ -2,7 +2,8 @@
 #define TETLIBRARY
 #include <tetgen.h>
 
-#include "tests/benchmark/growth/spheres.h"
+#include "packMesh/cat/tetrahedra.h"
+#include "tests/benchmark/growth/cases.h"
 
 namespace packmesh::benchmark {
 
