@@ -66,8 +66,7 @@ PackingProblem cylinder(double fraction) {
 /// Whole blood: platelets 7 for 100 red cells, two white cells.
 PackingProblem wholeBlood() {
   PackingProblem problem = cube(49.0, 0.40);
-  const auto platelets =
-      static_cast<std::int64_t>(0.07 * static_cast<double>(problem.physics.species[0].count));
+  const auto platelets = std::int64_t(0.07 * double(problem.physics.species[0].count));
   problem.physics.add("PLT", test::hemocellShape("PLT"), platelets);
   problem.physics.add("WBC", test::hemocellShape("WBC"), 2);
   return problem;
@@ -93,9 +92,8 @@ PackingProblem ovalCells(double fraction) {
   PackingProblem problem = cube(50.0, fraction);
   const auto shape = std::make_shared<Shape>(ovalCell());
   problem.physics.species.clear();
-  problem.physics.add(
-      "oval", shape,
-      static_cast<std::int64_t>(fraction * problem.physics.container->volume() / shape->volume()));
+  problem.physics.add("oval", shape,
+                      std::int64_t(fraction * problem.physics.container->volume() / shape->volume()));
   return problem;
 }
 
@@ -145,7 +143,7 @@ struct Figures {
 };
 
 double cpuSeconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  return double(std::clock()) / CLOCKS_PER_SEC;
 }
 
 Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyOneCell) {
@@ -159,7 +157,7 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   const double start = cpuSeconds();
   const PackingResult result = pack(problem);
   f.total = cpuSeconds() - start;
-  f.cells = static_cast<std::int64_t>(result.cells.size());
+  f.cells = std::int64_t(result.cells.size());
   f.sweeps = result.statistics.sweeps;
   f.repairs = result.statistics.repairs;
   f.fraction = result.certificate.cellVolume / problem.physics.container->volume();
@@ -168,7 +166,7 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   f.relaxation = result.statistics.relaxationSeconds + result.statistics.engineSeconds;
   if (result.statistics.engine) f.sweeps = result.statistics.engine->iterations();
   f.certificate = result.statistics.certificateSeconds;
-  f.outcome = static_cast<int>(result.outcome);
+  f.outcome = int(result.outcome);
   return f;
 }
 
@@ -197,7 +195,7 @@ Figures measureInChild(const Case& c, std::uint64_t seed, double maxSeconds, boo
   rusage usage{};
   wait4(child, &status, 0, &usage);
   if (got != static_cast<ssize_t>(sizeof f) || status != 0) throw std::runtime_error(c.name + " failed");
-  f.peakBytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
+  f.peakBytes = 1024.0 * double(usage.ru_maxrss);
   return f;
 }
 
@@ -217,8 +215,8 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
   for (const Figures& f : runs) {
     mean.cells += f.cells;
     mean.wanted += f.wanted;
-    sweeps += static_cast<double>(f.sweeps);
-    repairs += static_cast<double>(f.repairs);
+    sweeps += double(f.sweeps);
+    repairs += double(f.repairs);
     mean.fraction += f.fraction;
     mean.placement += f.placement;
     mean.relaxation += f.relaxation;
@@ -226,9 +224,9 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
     mean.total += f.total;
     mean.peakBytes = std::max(mean.peakBytes, f.peakBytes);
     gap = std::min(gap, f.gap);
-    certified += f.outcome == static_cast<int>(Outcome::certified);
+    certified += f.outcome == int(Outcome::certified);
   }
-  const double n = static_cast<double>(runs.size()), cells = std::max<double>(1.0, mean.cells);
+  const double n = double(runs.size()), cells = std::max<double>(1.0, mean.cells);
   const auto perCell = [&](double seconds) { return 1e3 * seconds / cells; };
   std::string outcome = fmt::format("{}/{} certified", certified, runs.size());
   if (runs.size() == 1)

@@ -80,9 +80,9 @@ inline SamplePoints oneCluster(const std::vector<Vec3>& points) {
   one.clusters = 1;
   for (std::size_t k = 0; k < SamplePoints::width; ++k) {
     const Vec3& p = points[k % points.size()];
-    one.x.push_back(static_cast<float>(p.x()));
-    one.y.push_back(static_cast<float>(p.y()));
-    one.z.push_back(static_cast<float>(p.z()));
+    one.x.push_back(float(p.x()));
+    one.y.push_back(float(p.y()));
+    one.z.push_back(float(p.z()));
   }
   one.centerX = one.centerY = one.centerZ = std::vector<float>(SamplePoints::width, 0.0f);
   one.radius.assign(SamplePoints::width, 1e3f);

@@ -47,15 +47,14 @@ PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t count,
 
 /// A sphere of which `count` cells are the given fraction.
 std::unique_ptr<Container> sphereFor(const Shape& shape, std::int64_t count, double fraction) {
-  return makeSphere(Vec3::Zero(),
-                    std::cbrt(0.75 / M_PI * static_cast<double>(count) * shape.volume() / fraction));
+  return makeSphere(Vec3::Zero(), std::cbrt(0.75 / M_PI * double(count) * shape.volume() / fraction));
 }
 
 /// Red cells that are the given fraction of a periodic cube.
 PackingProblem grownInBox(double edge, double fraction, PlaneSource planeSource = PlaneSource::chords) {
   const auto shape = test::redCellShape();
-  return grown(shape, static_cast<std::int64_t>(fraction * edge * edge * edge / shape->volume()),
-               test::periodicCube(edge), planeSource);
+  return grown(shape, std::int64_t(fraction * edge * edge * edge / shape->volume()), test::periodicCube(edge),
+               planeSource);
 }
 
 void print(const GrownPacking& packing, const Options& options) {
@@ -67,12 +66,12 @@ void print(const GrownPacking& packing, const Options& options) {
   bool valid = true;
   for (int seed = 1; seed <= options.seeds; ++seed) {
     PackingProblem problem = packing.problem();
-    problem.physics.seed = static_cast<std::uint64_t>(seed);
+    problem.physics.seed = std::uint64_t(seed);
     PackingResult result;
     seconds += timeOf([&] { result = pack(problem); });
     const GrowthStatistics& g = test::catStatistics(result).growth;
     certified += result.outcome == Outcome::certified;
-    cells = static_cast<std::int64_t>(result.cells.size());
+    cells = std::int64_t(result.cells.size());
     fraction = result.certificate.cellVolume / problem.physics.container->volume();
     sums.iterations += g.iterations;
     sums.relaxationsKept += g.relaxationsKept;
@@ -86,7 +85,7 @@ void print(const GrownPacking& packing, const Options& options) {
     states += seen;
   }
   const double n = options.seeds;
-  const auto mean = [n](std::int64_t sum) { return static_cast<double>(sum) / n; };
+  const auto mean = [n](std::int64_t sum) { return double(sum) / n; };
   fmt::print(
       "| {} | {} | {:.4f} | {:.0f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.3f} | {} | {} | {}/{} "
       "|\n",
@@ -121,7 +120,7 @@ std::vector<GrownPacking> spheres(PlaneSource planeSource, const std::vector<All
   std::vector<GrownPacking> out;
   for (const Allowed& of : counts)
     out.push_back({fmt::format("sphere, {} red cells", of.what),
-                   [planeSource, count = static_cast<int>(of.what)] {
+                   [planeSource, count = int(of.what)] {
                      const auto shape = test::redCellShape();
                      return grown(shape, count, sphereFor(*shape, count, 0.30), planeSource);
                    },
@@ -156,14 +155,14 @@ void packBox(double edge, double fraction, int threads, const Options& options) 
   int certified = 0;
   for (int seed = 1; seed <= options.seeds; ++seed) {
     PackingProblem problem = grownInBox(edge, fraction, PlaneSource::catFaces);
-    problem.physics.seed = static_cast<std::uint64_t>(seed);
+    problem.physics.seed = std::uint64_t(seed);
     problem.execution.threads = Threads(threads);
     const Timer watch;
     const PackingResult result = pack(problem);
     wall += watch.wall();
     cpu += watch.cpu();
     certified += result.outcome == Outcome::certified;
-    cells = static_cast<std::int64_t>(result.cells.size());
+    cells = std::int64_t(result.cells.size());
     iterations += result.statistics.engine->iterations();
     overlaps += test::catStatistics(result).growth.stepHalving.violatingPairs;
     runs += test::catStatistics(result).tetrahedra->runs;
@@ -175,9 +174,8 @@ void packBox(double edge, double fraction, int threads, const Options& options) 
   fmt::print(
       "| {:g}³, {:.2f} | {} | {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | "
       "{}/{} |\n",
-      edge, fraction, cells, threads, static_cast<double>(iterations) / n, static_cast<double>(overlaps) / n,
-      static_cast<double>(runs) / n, static_cast<double>(failures) / n, tetrahedra / n, faces / n, cpu / n,
-      wall / n, certified, options.seeds);
+      edge, fraction, cells, threads, double(iterations) / n, double(overlaps) / n, double(runs) / n,
+      double(failures) / n, tetrahedra / n, faces / n, cpu / n, wall / n, certified, options.seeds);
   std::fflush(stdout);
 }
 
@@ -201,7 +199,7 @@ std::string paddingFigures(double rotation, double padding) {
   int certified = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     PackingProblem problem = grownInBox(25.0, 0.40);
-    problem.physics.seed = static_cast<std::uint64_t>(seed);
+    problem.physics.seed = std::uint64_t(seed);
     GrowthSettings& growth = test::useCat(problem).growth;
     growth.rotationBound = rotation;
     growth.padding = padding;
@@ -210,10 +208,10 @@ std::string paddingFigures(double rotation, double padding) {
     const PackingResult result = pack(problem);
     const GrowthStatistics& g = test::catStatistics(result).growth;
     certified += result.outcome == Outcome::certified;
-    pairs += static_cast<double>(g.stepHalving.violatingPairs);
-    stayed += static_cast<double>(g.stepHalving.stayed);
-    steps += static_cast<double>(g.stepHalving.steps);
-    iterations += static_cast<double>(g.iterations);
+    pairs += double(g.stepHalving.violatingPairs);
+    stayed += double(g.stepHalving.stayed);
+    steps += double(g.stepHalving.steps);
+    iterations += double(g.iterations);
   }
   return fmt::format("{:.1f} / {:.1f} / {:.0f}{}", 1e3 * pairs / steps, 1e3 * stayed / steps,
                      iterations / seeds,
@@ -253,7 +251,7 @@ void escapeFrom(const Options& options) {
       PackingProblem problem = test::mixtureIn(lumen, 8);
       for (Species& species : problem.physics.species)
         species.count = std::llround(0.5 / 5.0 * lumen->volume() / problem.physics.shapeOf(species).volume());
-      problem.physics.seed = static_cast<std::uint64_t>(seed);
+      problem.physics.seed = std::uint64_t(seed);
       EscapeSettings& escape = test::useCat(problem).escape.emplace();
       escape.reserve.assign(problem.physics.species.size(), 3);
       problem.physics.add("small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0);

@@ -46,8 +46,7 @@ struct Spheres {
 };
 
 double medianOf(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
   return values[values.size() / 2];
 }
 
@@ -93,8 +92,7 @@ Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrie
   const Physics& physics = spheres.problem.physics;
   const Execution& execution = spheres.problem.execution;
   std::vector<Body> state;
-  for (const Pose& pose : spheres.poses)
-    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
+  for (const Pose& pose : spheres.poses) state.push_back(makeBody(std::int64_t(state.size()), 0, 0, pose));
   GrowthSettings settings;
   settings.barriers = {barrier};
   settings.maxIterations = 1;
@@ -189,9 +187,8 @@ void figures4748(const Options&) {
       for (int repeat = 0; repeat < 5; ++repeat)
         cat.push_back(timeOf([&] { splitChordally(tetrahedra, WallFaces::atWall, split); }));
       const auto& cases = split.tetrahedra;
-      const double relevant = static_cast<double>(cases[1] + cases[2] + cases[3] + cases[4]);
-      const double vertices = static_cast<double>(spheres.vertices()),
-                   faces = static_cast<double>(split.faces.size());
+      const double relevant = double(cases[1] + cases[2] + cases[3] + cases[4]);
+      const double vertices = double(spheres.vertices()), faces = double(split.faces.size());
       fmt::print(
           "| {} | {} | {:.0f} | {:.0f} | {:.3f} | {:.0f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.4f} | "
           "{:.2f} | {:.3f} |\n",

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_settings.h"
 
-#include <limits>
-
 #include "packMesh/core/error.h"
 #include "tests/support/catch.h"
 

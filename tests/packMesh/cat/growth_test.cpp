@@ -71,14 +71,6 @@ TEST_CASE("Red cells grow in a periodic box through valid states") {
   for (const Body& cell : run.state) CHECK(cell.scale == 1.0);
 }
 
-TEST_CASE("Five red cells grow in a sphere through valid states") {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Run run({test::redCellShape()}, sphereFor(*test::redCellShape(), 5, 0.30), {5});
-    run.physics.seed = seed;
-    CHECK(run());
-  }
-}
-
 TEST_CASE("Any closed mesh grows in a sphere") {
   for (const TriangleMesh& mesh :
        {sample::torus(Vec3::Zero(), 3.0, 1.0, 32, 16), test::bumpyMesh(5), test::hookMesh()}) {

@@ -19,7 +19,7 @@ struct Packed {
   Packed(const std::shared_ptr<const Container>& container, double fraction)
       : problem(test::redCellProblem(container, fraction)) {
     for (const Pose& pose : pack(problem).poses)
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
+      state.push_back(makeBody(std::int64_t(state.size()), 0, 0, pose));
   }
   PlaneFunctionFactory factory(PlaneSource planeSource = PlaneSource::chords) {
     return [this, planeSource] {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <random>
-
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/container/primitives.h"
 #include "tests/support/catch.h"
@@ -20,8 +18,7 @@ struct Spheres {
   Spheres(std::shared_ptr<const Container> in, const std::vector<Vec3>& centers)
       : physics(test::physicsOf({shape}, std::move(in))) {
     for (const Vec3& center : centers)
-      state.push_back(
-          makeBody(static_cast<std::int64_t>(state.size()), 0, 0, Pose{1.0, Quaternion::Identity(), center}));
+      state.push_back(makeBody(std::int64_t(state.size()), 0, 0, Pose{1.0, Quaternion::Identity(), center}));
   }
 };
 
@@ -129,8 +126,6 @@ TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   CHECK(sums.violatingPairs > 20);
 }
 
-using namespace packmesh;
-
 namespace {
 
 struct Blood {
@@ -160,7 +155,7 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
       const std::vector<Body> cells = test::seeded(blood.physics, {20, 30, 2}, scale);
       REQUIRE(cells.size() == 52);
       for (std::size_t i = 0; i < cells.size(); ++i) {
-        CHECK(cells[i].id == static_cast<std::int64_t>(i));
+        CHECK(cells[i].id == std::int64_t(i));
         CHECK(cells[i].species == (i < 20 ? 0 : i < 50 ? 1 : 2));
         CHECK(cells[i].scale == scale);
       }
@@ -192,8 +187,7 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
   Blood blood(cubicBox(30.0, false));
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
-    cells.push_back(
-        makeBody(static_cast<std::int64_t>(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
+    cells.push_back(makeBody(std::int64_t(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
   };
   add(1.0, Vec3(8.0, 8.0, 8.0));     // alone
   add(1.0, Vec3(20.0, 20.0, 20.0));  // these two overlap

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "packMesh/mesh/mesh_intersection.h"
 #include "tests/support/catch.h"
@@ -43,7 +39,7 @@ Crystal read(int cells) {
 }
 
 double fractionOf(const Crystal& crystal) {
-  return static_cast<double>(crystal.cells.size()) * test::redCellShape()->volume() /
+  return double(crystal.cells.size()) * test::redCellShape()->volume() /
          std::abs(crystal.lattice.determinant());
 }
 
@@ -64,8 +60,8 @@ Pairs examine(const Crystal& crystal) {
       int lo[3], hi[3];
       for (int k = 0; k < 3; ++k) {
         const double range = inverse.row(k).norm() * reach;
-        lo[k] = static_cast<int>(std::floor(inPeriods[k] - range));
-        hi[k] = static_cast<int>(std::ceil(inPeriods[k] + range));
+        lo[k] = int(std::floor(inPeriods[k] - range));
+        hi[k] = int(std::ceil(inPeriods[k] + range));
       }
       for (int a = lo[0]; a <= hi[0]; ++a)
         for (int b = lo[1]; b <= hi[1]; ++b)
@@ -89,7 +85,7 @@ TEST_CASE("crystals of red cells are denser than columns and free of overlap", "
   constexpr double columns = 0.6676;
   const int cells = GENERATE(1, 2);
   const Crystal crystal = read(cells);
-  REQUIRE(crystal.cells.size() == static_cast<std::size_t>(cells));
+  REQUIRE(crystal.cells.size() == std::size_t(cells));
   CHECK(fractionOf(crystal) == Approx(crystal.stated).margin(1e-5));
   CHECK(fractionOf(crystal) > columns + 0.04);
   const Pairs pairs = examine(crystal);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <random>
-
-#include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/overlap_finder.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/blocks.h"
@@ -58,8 +55,6 @@ TEST_CASE(
   CHECK(found > 50);
   CHECK(wrappedCells > 5);
 }
-
-using namespace packmesh;
 
 namespace {
 

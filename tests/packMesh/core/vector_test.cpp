@@ -3,12 +3,6 @@
 #include "tests/packMesh/simd/kernel_inputs.h"
 #include "tests/support/catch.h"
 
-#include <limits>
-#include <map>
-#include <random>
-#include <tuple>
-#include <vector>
-
 using namespace packmesh;
 
 namespace {
@@ -17,7 +11,7 @@ std::mt19937_64 engine(7);
 
 /// From -2 to 2, with all bits: the same with every standard library.
 double number() {
-  return static_cast<double>(engine() >> 11) * 0x1p-51 - 2.0;
+  return double(engine() >> 11) * 0x1p-51 - 2.0;
 }
 
 template <int N>

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstring>
-#include <random>
-
 #include "packMesh/field/interpolation.h"
 #include "packMesh/simd/lanes.h"
 #include "tests/support/catch.h"
@@ -30,8 +27,8 @@ TEST_CASE("Lanes are interpolated to the bits of scalars", "[field][kernel]") {
     float c[8][laneCount], t[3][laneCount];
     for (int lane = 0; lane < laneCount; ++lane) {
       const Example example = randomExample(random);
-      for (int k = 0; k < 8; ++k) c[k][lane] = static_cast<float>(example.corner[k]);
-      for (int k = 0; k < 3; ++k) t[k][lane] = static_cast<float>(example.t[k]);
+      for (int k = 0; k < 8; ++k) c[k][lane] = float(example.corner[k]);
+      for (int k = 0; k < 3; ++k) t[k][lane] = float(example.t[k]);
     }
     Lanes corners[8], part[3];
     for (int k = 0; k < 8; ++k) corners[k] = load(c[k]);

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <random>
-
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/mesh/test_meshes.h"
@@ -40,7 +37,7 @@ std::array<std::vector<double>, 3> randomBlock(const Box& box, double spacing, s
   std::array<std::vector<double>, 3> at;
   for (int k = 0; k < 3; ++k) {
     const double first = box.lo[k] + unit(random) * box.size()[k];
-    const int count = 1 + static_cast<int>(random() % 12);
+    const int count = 1 + int(random() % 12);
     for (int i = 0; i < count; ++i) at[k].push_back(first + spacing * i);
   }
   return at;
@@ -100,12 +97,12 @@ TEST_CASE("The nearest triangle is the one with the smallest of all distances", 
     for (int e = 0; e < 3; ++e) {
       const Vec3 edge = corner[(e + 1) % 3] - corner[e], inward = normal.cross(edge);
       for (int k = 0; k < 3; ++k) {
-        facts[t].corner[e][k] = static_cast<float>(corner[e][k]);
-        facts[t].edge[e][k] = static_cast<float>(edge[k]);
-        facts[t].inward[e][k] = static_cast<float>(inward[k]);
+        facts[t].corner[e][k] = float(corner[e][k]);
+        facts[t].edge[e][k] = float(edge[k]);
+        facts[t].inward[e][k] = float(inward[k]);
       }
-      facts[t].perSquare[e] = edge.squaredNorm() > 0.0 ? static_cast<float>(1.0 / edge.squaredNorm()) : 0.0f;
-      facts[t].normal[e] = static_cast<float>(normal[e]);
+      facts[t].perSquare[e] = edge.squaredNorm() > 0.0 ? float(1.0 / edge.squaredNorm()) : 0.0f;
+      facts[t].normal[e] = float(normal[e]);
     }
   }
   TriangleCandidates all(facts);
@@ -125,7 +122,7 @@ TEST_CASE("The nearest triangle is the one with the smallest of all distances", 
       each[t].nearest(triangleKernels(chosenInstructionSet()), points, alone, first);
       for (int k = 0; k < 16; ++k) {
         REQUIRE(squared[k] <= alone[k]);
-        if (t == static_cast<int>(nearest[k])) REQUIRE(squared[k] == alone[k]);
+        if (t == int(nearest[k])) REQUIRE(squared[k] == alone[k]);
       }
     }
   }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/predicates.h"
 
-#include <random>
-
 #include "tests/packMesh/mesh/rational_oracle.h"
 #include "tests/support/catch.h"
 
@@ -92,7 +90,7 @@ Points diagonal(Random& random, int low, int high) {
     for (double& x : point) x = anyNumber(random, low, high);
     point.back() = point.front();
   }
-  const int axes = static_cast<int>(points[0].size()), first = integer(random, 0, axes - 1);
+  const int axes = int(points[0].size()), first = integer(random, 0, axes - 1);
   const double factor = integer(random, 0, 1) == 0 ? -0.5 : 2.0;
   nudge(points, random);
   for (auto& point : points) {

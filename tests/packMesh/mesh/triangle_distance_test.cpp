@@ -2,9 +2,6 @@
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/support/catch.h"
 
-#include <random>
-#include <vector>
-
 using namespace packmesh;
 
 namespace {

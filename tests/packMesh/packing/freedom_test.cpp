@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
 
-#include <algorithm>
-#include <set>
-#include <tuple>
-
 #include "packMesh/container/region.h"
 #include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
@@ -20,7 +16,7 @@ namespace {
 constexpr double degree = 0.017453292519943295;
 
 std::vector<Pose> firstOf(const std::vector<Pose>& poses, std::size_t count) {
-  return {poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count)};
+  return {poses.begin(), poses.begin() + std::ptrdiff_t(count)};
 }
 
 bool same(const Pose& a, const Pose& b) {
@@ -155,7 +151,7 @@ TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one
     for (int k = 0; k < 3; ++k) d[k] -= 20.0 * std::round(d[k] / 20.0);
     near += d.norm() < 4.0;
   }
-  CHECK(2 * near > static_cast<int>(first.poses.size()));
+  CHECK(2 * near > int(first.poses.size()));
 }
 
 TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {

@@ -1,78 +1,59 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <cstdlib>
-#include <limits>
-#include <string>
-
+#include "packMesh/packing/pack.h"
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
-#include "packMesh/packing/pack.h"
 #include "packMesh/relaxation/contact_kernels.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using test::periodicCube;
 using test::redCellProblem;
 
 TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
-  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  const PackingProblem valid = redCellProblem(periodicCube(25.0), 0.40);
+  REQUIRE_NOTHROW(validate(valid));
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   infinite = std::numeric_limits<double>::infinity();
+  const auto refused = [&](auto&& change, const std::string& message) {
+    PackingProblem problem = valid;
+    change(problem.physics);
+    CAPTURE(message);
+    CHECK_THROWS_WITH(validate(problem), Contains(message));
+  };
+  refused([](Physics& p) { p.container = nullptr; }, "no container");
+  refused(
+      [](Physics& p) {
+        p.container = makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true});
+      },
+      "the period of the lumen, 0.2 µm along x, is too small");
+  refused([](Physics& p) { p.shapes[0] = nullptr; }, "species 'RBC' has no shape");
+  refused([](Physics& p) { p.species[0].count = -3; }, "species 'RBC' has a negative count, -3");
+  refused([](Physics& p) { p.clearance = -0.1; }, "found -0.1");
+  for (const double clearance : {-0.1, nan})
+    refused([&](Physics& p) { p.clearance = clearance; }, "clearance between cells");
+  for (const double clearance : {infinite, -1e-9})
+    refused([&](Physics& p) { p.wallClearance = clearance; }, "clearance to the wall");
+  const auto tooMany = [](Physics& p) { p.species[0].count = 250; };
+  refused(tooMany, "more volume than the lumen");
+  PackingProblem problem = valid;
+  tooMany(problem.physics);
+  REQUIRE_THROWS_AS(pack(problem), InputError);
+  problem.physics.species[0].count = 1;
+  problem.physics.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
+  REQUIRE_THROWS_WITH(validate(problem),
+                      Contains("species 'RBC'") && Contains("larger than the lumen") && Contains("cylinder"));
+  problem.physics.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
   REQUIRE_NOTHROW(validate(problem));
-
-  SECTION("no container") {
-    problem.physics.container = nullptr;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("no container"));
-  }
-  SECTION("periods that are much smaller than a cell") {
-    problem = redCellProblem(makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true}), 0.1);
-    REQUIRE_THROWS_WITH(validate(problem), Contains("the period of the lumen, 0.2 µm along x, is too small"));
-  }
-  SECTION("no shape") {
-    problem.physics.shapes[0] = nullptr;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));
-  }
-  SECTION("negative count") {
-    problem.physics.species[0].count = -3;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has a negative count, -3"));
-  }
-  SECTION("clearances") {
-    problem.physics.clearance = -0.1;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells") && Contains("found -0.1"));
-    problem.physics.clearance = std::numeric_limits<double>::quiet_NaN();
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells"));
-    problem.physics.clearance = 0.0;
-    problem.physics.wallClearance = std::numeric_limits<double>::infinity();
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
-    problem.physics.wallClearance = -1e-9;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
-  }
-  SECTION("more cells than lumen") {
-    problem.physics.species[0].count = 250;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("more volume than the lumen"));
-    REQUIRE_THROWS_AS(pack(problem), InputError);
-  }
-  SECTION("a cell larger than the lumen") {
-    problem.physics.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
-    problem.physics.species[0].count = 1;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC'") && Contains("larger than the lumen") &&
-                                               Contains("cylinder"));
-  }
-  SECTION("a clearance to the wall that leaves no room") {
-    problem.physics.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
-    problem.physics.species[0].count = 1;
-    REQUIRE_NOTHROW(validate(problem));
-    problem.physics.wallClearance = 1.9;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
-  }
-  SECTION("species that are not wanted may be of any size") {
-    problem.physics.container = periodicCube(8.0);
-    problem.physics.species[0].count = 1;
-    problem.physics.add("rock", test::sphereShape(50.0), 0);
-    REQUIRE_NOTHROW(validate(problem));
-  }
+  problem.physics.wallClearance = 1.9;
+  REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
+  // Species that are not wanted may be of any size.
+  problem.physics.container = periodicCube(8.0);
+  problem.physics.add("rock", test::sphereShape(50.0), 0);
+  REQUIRE_NOTHROW(validate(problem));
 }
 
 TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
@@ -83,37 +64,16 @@ TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
           Approx(problem.physics.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
 }
 
-using namespace packmesh;
 using test::periodicCube;
 using test::redCellProblem;
 
 namespace {
 
-/// Sets an environment variable for as long as it lives.
-class Environment {
- public:
-  Environment(const char* name, const char* value) : name_(name) {
-    if (const char* old = std::getenv(name)) old_ = old, had_ = true;
-    setenv(name, value, 1);
-  }
-  ~Environment() {
-    if (had_)
-      setenv(name_, old_.c_str(), 1);
-    else
-      unsetenv(name_);
-  }
-
- private:
-  const char* name_;
-  std::string old_;
-  bool had_ = false;
-};
-
 /// What holds for every packing that is handed over; certified anew, not as pack() says.
 void checkPacking(const PackingProblem& problem, const PackingResult& result) {
   REQUIRE(result.poses.size() == result.cells.size());
   REQUIRE(result.certificate.clean());
-  REQUIRE(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
+  REQUIRE(result.certificate.cells == std::int64_t(result.cells.size()));
   REQUIRE(result.certificate.minimumGap > 0.0);
   REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
 
@@ -157,7 +117,7 @@ TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
       const PackingProblem problem = redCellProblem(periodicCube(25.0), fraction, seed);
       const PackingResult result = pack(problem);
       REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
+      REQUIRE(std::int64_t(result.cells.size()) == problem.physics.species[0].count);
       checkPacking(problem, result);
       REQUIRE(result.statistics.sweeps > 0);
     }
@@ -216,7 +176,7 @@ TEST_CASE("All instruction sets give the same packing", "[packing]") {
       WARN("This processor lacks " << name);
       continue;
     }
-    const Environment isa("PACKMESH_ISA", name);
+    const test::Variable isa("PACKMESH_ISA", name);
     REQUIRE(chosenInstructionSet() == set);
     results.push_back(pack(redCellProblem(periodicCube(25.0), 0.45, 3)));
   }
@@ -284,7 +244,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
       problem.physics.wallClearance = wallClearance;
       const PackingResult result = pack(problem);
       REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
+      REQUIRE(std::int64_t(result.cells.size()) == problem.physics.species[0].count);
       checkPacking(problem, result);
       // Cells are as near as they may be: the clearance is what keeps them away.
       REQUIRE(result.certificate.minimumWallGap < wallClearance + 0.2);
@@ -358,7 +318,7 @@ TEST_CASE("An infeasible request ends with fewer cells and a clean certificate",
   problem.execution.limits.maxSweeps = 600;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
+  REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
   REQUIRE(result.certificate.cellVolume > 0.45 * problem.physics.container->volume());
   checkPacking(problem, result);
   REQUIRE(test::sameBits(pack(problem), result));
@@ -369,7 +329,7 @@ TEST_CASE("A time limit ends a run with the cells packed so far", "[packing]") {
   problem.execution.limits.maxSeconds = 0.05;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
+  REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
   checkPacking(problem, result);
 }
 
@@ -439,8 +399,8 @@ TEST_CASE("pack() reports its progress", "[packing]") {
   std::vector<Progress> told;
   problem.execution.progress = [&](const Progress& p) { told.push_back(p); };
   const PackingResult result = pack(problem);
-  REQUIRE(static_cast<std::int64_t>(told.size()) == result.statistics.sweeps);
-  for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == static_cast<std::int64_t>(k) + 1);
+  REQUIRE(std::int64_t(told.size()) == result.statistics.sweeps);
+  for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == std::int64_t(k) + 1);
   REQUIRE(told.front().stage == "relaxation");
   REQUIRE(told.front().unresolved > 100);
   REQUIRE(told.front().worstOverlap > told.back().worstOverlap);

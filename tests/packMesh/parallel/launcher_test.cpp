@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstdlib>
-#include <map>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "packMesh/parallel/launcher.h"
 #include "tests/support/catch.h"
 
@@ -30,8 +23,6 @@ TEST_CASE("Numbers in the environment are read as a whole") {
   CHECK(numberOf(", 2", ',') == -1);
   ::unsetenv(variable);
 }
-
-using namespace packmesh;
 
 namespace {
 

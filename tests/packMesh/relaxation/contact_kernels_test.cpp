@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstring>
-#include <limits>
-#include <random>
-
-#include "packMesh/mesh/closest_point.h"
 #include "packMesh/relaxation/contact_kernels.h"
+#include "packMesh/mesh/closest_point.h"
 #include "packMesh/relaxation/contact_solver.h"
 #include "tests/support/catch.h"
 #include "tests/support/shapes.h"
@@ -28,10 +24,10 @@ Configuration randomConfiguration(const Shape& sampled, const Shape& surface, st
   const double furthest = surface.radius() + ratio * sampled.radius();
   const Vec3 t = (0.1 + unit(random)) * furthest * test::randomDirection(random);
   for (int r = 0; r < 3; ++r) {
-    for (int k = 0; k < 3; ++k) c.frame.m[3 * r + k] = static_cast<float>(m(r, k));
-    c.frame.t[r] = static_cast<float>(t[r]);
+    for (int k = 0; k < 3; ++k) c.frame.m[3 * r + k] = float(m(r, k));
+    c.frame.t[r] = float(t[r]);
   }
-  c.frame.scale = static_cast<float>(ratio);
+  c.frame.scale = float(ratio);
   c.clearance = random() % 3 == 0 ? 0.25f : 0.02f;
   return c;
 }
@@ -242,8 +238,8 @@ TEST_CASE("Clusters outside the mask have no contact before the cells have moved
           for (int k = 0; k < 3; ++k) m(r, k) = c.frame.m[3 * r + k];
         m = turn * m;
         for (int r = 0; r < 3; ++r) {
-          for (int k = 0; k < 3; ++k) c.frame.m[3 * r + k] = static_cast<float>(m(r, k));
-          c.frame.t[r] += static_cast<float>(step[r]);
+          for (int k = 0; k < 3; ++k) c.frame.m[3 * r + k] = float(m(r, k));
+          c.frame.t[r] += float(step[r]);
         }
         const ContactSums all = run(a.samples, c, b.field);
         const ContactSums some = run(a.samples, c, b.field, 0.0f, mask);

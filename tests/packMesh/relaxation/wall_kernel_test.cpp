@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/relaxation/contact_kernels.h"
 
-#include <algorithm>
-#include <cstring>
-#include <random>
-
 #include "packMesh/relaxation/contact_solver.h"
 #include "tests/support/catch.h"
 #include "tests/support/shapes.h"
@@ -40,8 +36,7 @@ WallSums look(const SampleView& samples, const WallFrame& frame, double clearanc
               ClusterMask& mask) {
   WallSums sums;
   std::memset(static_cast<void*>(&sums), 0, sizeof sums);
-  wallKernel(chosenInstructionSet())(samples, frame, static_cast<float>(clearance),
-                                     static_cast<float>(margin), mask, sums);
+  wallKernel(chosenInstructionSet())(samples, frame, float(clearance), float(margin), mask, sums);
   return sums;
 }
 WallSums look(const SampleView& samples, const WallFrame& frame, double clearance) {

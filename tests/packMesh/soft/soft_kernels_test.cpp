@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstring>
-#include <random>
-
+#include "packMesh/soft/soft_kernels.h"
 #include "packMesh/core/vector.h"
 #include "packMesh/mesh/closest_point.h"
-#include "packMesh/soft/soft_kernels.h"
 #include "tests/support/catch.h"
 
 namespace packmesh {
