@@ -12,6 +12,16 @@
 
 namespace packmesh::test {
 
+/// Cells of the first species.
+inline std::vector<Body> bodiesAt(const std::vector<Pose>& poses, double scale = 1.0) {
+  std::vector<Body> cells;
+  for (Pose pose : poses) {
+    pose.scale = scale;
+    cells.push_back(makeBody(std::int64_t(cells.size()), 0, 0, pose));
+  }
+  return cells;
+}
+
 /// Random cells at a scale, free of overlap.
 /// @param counts cells of each species
 inline std::vector<Body> seeded(const Physics& physics, const std::vector<std::int64_t>& counts,

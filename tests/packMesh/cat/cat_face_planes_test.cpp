@@ -24,12 +24,8 @@ struct Shrunk {
   std::vector<Body> state;
 
   Shrunk(const std::shared_ptr<const Container>& container, double fraction, double scale)
-      : problem(test::redCellProblem(container, fraction)) {
-    for (Pose pose : pack(problem).poses) {
-      pose.scale = scale;
-      state.push_back(makeBody(std::int64_t(state.size()), 0, 0, pose));
-    }
-  }
+      : problem(test::redCellProblem(container, fraction)),
+        state(test::bodiesAt(pack(problem).poses, scale)) {}
   PlaneConstraints planes(PlaneFunction&& planeFunction, double reach) const {
     return test::planesOf(planeFunction, problem.physics, state, reach);
   }

@@ -30,10 +30,6 @@ struct Arrangement {
   }
 };
 
-std::unique_ptr<Container> cubeOf(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
-
 /// Planes are in single precision: this is more than what rounding changes [µm].
 constexpr double rounding = 1e-5;
 
@@ -49,7 +45,7 @@ TEST_CASE("Every vertex is behind its planes") {
     for (const bool periodic : {true, false}) {
       CAPTURE(name, periodic);
       const double edge = 9.0 * shape->radius();
-      const Arrangement a(shape, cubeOf(edge, periodic), 12, 0.9);
+      const Arrangement a(shape, test::cubicBox(edge, periodic), 12, 0.9);
       const PlaneConstraints planes = a.planes(shape->radius());
       std::size_t count = 0;
       for (std::size_t i = 0; i < planes.size(); ++i)
@@ -65,7 +61,7 @@ TEST_CASE("Every vertex is behind its planes") {
 
 TEST_CASE("Planes of two cells lie in the middle of the gap between them") {
   // Two spheres on a line: all planes are tangent to a surface between them, the nearest one across the line.
-  Arrangement a(test::sphereShape(1.0), cubeOf(20.0, true), 2, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(20.0, true), 2, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
   a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});
   const PlaneConstraints planes = a.planes(0.5);
@@ -81,7 +77,7 @@ TEST_CASE("Planes of two cells lie in the middle of the gap between them") {
 }
 
 TEST_CASE("Images are neighbours") {
-  Arrangement a(test::sphereShape(1.0), cubeOf(10.0, true), 2, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(10.0, true), 2, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(0.5, 5.0, 5.0)});
   a.state[1].setPose({1.0, Quaternion::Identity(), Vec3(8.0, 5.0, 5.0)});
   const PlaneConstraints planes = a.planes(0.5);
@@ -96,7 +92,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
   // Cells pushed as far as their planes allow, all at once, in random directions.
   for (const auto& [name, shape] : test::allShapes()) {
     CAPTURE(name);
-    const Arrangement a(shape, cubeOf(4.2 * shape->radius(), true), 16, 0.55);
+    const Arrangement a(shape, test::cubicBox(4.2 * shape->radius(), true), 16, 0.55);
     const double reach = 0.4 * shape->radius();
     const PlaneConstraints planes = a.planes(reach);
     int overlaps = 0, held = 0;
@@ -123,7 +119,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
 }
 
 TEST_CASE("Walls have several planes along edges and inward curves") {
-  Arrangement corner(test::sphereShape(1.0), cubeOf(10.0, false), 1, 0.5);
+  Arrangement corner(test::sphereShape(1.0), test::cubicBox(10.0, false), 1, 0.5);
   corner.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.2, 1.2, 1.2)});
   const PlaneConstraints planes = corner.planes(1.0);
   bool seen[3] = {false, false, false};
@@ -154,7 +150,7 @@ TEST_CASE("Walls have several planes along edges and inward curves") {
 }
 
 TEST_CASE("Clearance to the wall moves its planes inwards") {
-  Arrangement a(test::sphereShape(1.0), cubeOf(10.0, false), 1, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(10.0, false), 1, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.5, 5.0, 5.0)});
   a.physics.wallClearance = 0.25;
   const PlaneConstraints planes = a.planes(1.0);
@@ -164,7 +160,7 @@ TEST_CASE("Clearance to the wall moves its planes inwards") {
 
 TEST_CASE("Chords reach the requested distance, with fewer vertices at lower detail") {
   const auto cell = test::redCellShape();
-  const Arrangement a(cell, cubeOf(25.0, true), 20, 0.5);
+  const Arrangement a(cell, test::cubicBox(25.0, true), 20, 0.5);
   ChordPlanes chords(a.physics);
   const auto count = [&](double reach, double detail) {
     std::size_t sum = 0;
@@ -181,7 +177,7 @@ TEST_CASE("Chords reach the requested distance, with fewer vertices at lower det
 
 TEST_CASE("Frozen cells have no planes and leave the whole gap to others") {
   for (const double clearance : {0.0, 0.1}) {
-    Arrangement a(test::sphereShape(1.0), cubeOf(20.0, true), 2, 0.5);
+    Arrangement a(test::sphereShape(1.0), test::cubicBox(20.0, true), 2, 0.5);
     a.physics.clearance = clearance;
     a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
     a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});

@@ -22,10 +22,6 @@ struct Spheres {
   }
 };
 
-std::unique_ptr<Container> roomOf(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
-
 GrowthStep moveBy(const Vec3& translation) {
   GrowthStep step;
   step.translation = translation;
@@ -46,7 +42,7 @@ bool sameBits(const Pose& a, const Pose& b) {
 }  // namespace
 
 TEST_CASE("Steps that keep cells apart are applied entirely") {
-  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 2.5);
@@ -57,7 +53,7 @@ TEST_CASE("Steps that keep cells apart are applied entirely") {
 }
 
 TEST_CASE("Only the steps of an offending pair are halved") {
-  Spheres s(roomOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
+  Spheres s(test::cubicBox(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))},
                   s.state, sums);
@@ -69,7 +65,7 @@ TEST_CASE("Only the steps of an offending pair are halved") {
 }
 
 TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the bit") {
-  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
   const std::vector<Body> before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
   turn.rotation = Vec3(0.1, 0.2, 0.3);
@@ -82,7 +78,7 @@ TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the
 }
 
 TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are reverted") {
-  Spheres s(roomOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, false), {Vec3(2.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 1.25);
@@ -93,7 +89,7 @@ TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are
 }
 
 TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
-  Spheres s(roomOf(10.0, true),
+  Spheres s(test::cubicBox(10.0, true),
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.physics.clearance = 0.3;
   StepHalvingSums sums;
@@ -107,7 +103,7 @@ TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
 TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const Physics physics = test::physicsOf({test::redCellShape()}, roomOf(14.0, true));
+  const Physics physics = test::physicsOf({test::redCellShape()}, test::cubicBox(14.0, true));
   std::vector<Body> state = test::seeded(physics, {8}, 0.2);
   StepHalvingSums sums;
   for (int round = 0; round < 40; ++round) {
@@ -137,15 +133,11 @@ struct Blood {
       : physics(test::physicsOf({platelet, red, white}, std::move(in))) {}
 };
 
-std::shared_ptr<const Container> cubicBox(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
-
 }  // namespace
 
 TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, scale and species") {
   const std::vector<std::shared_ptr<const Container>> containers = {
-      cubicBox(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
+      test::cubicBox(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
       makeSphere(Vec3::Zero(), 16.0), makeCylinder(Vec3(20.0, 0.0, 0.0), 0, 12.0, 40.0, true)};
   for (const auto& container : containers)
     for (const double scale : {0.1, 0.4}) {
@@ -164,7 +156,7 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
 }
 
 TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept") {
-  Blood blood(cubicBox(30.0, true));
+  Blood blood(test::cubicBox(30.0, true));
   const std::vector<Body> first = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   const std::vector<Body> again = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   blood.physics.seed = 2;
@@ -179,12 +171,12 @@ TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept")
 }
 
 TEST_CASE("Seeding fails where cells overlap even at their smallest scale") {
-  Blood blood(cubicBox(12.0, true));
+  Blood blood(test::cubicBox(12.0, true));
   CHECK_THROWS(test::seeded(blood.physics, {0, 0, 40}, 0.9));
 }
 
 TEST_CASE("Existing cells keep their size where it is free, and are halved where they overlap") {
-  Blood blood(cubicBox(30.0, false));
+  Blood blood(test::cubicBox(30.0, false));
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
     cells.push_back(makeBody(std::int64_t(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
@@ -204,7 +196,7 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
 }
 
 TEST_CASE("Seeding never moves or shrinks fixed cells") {
-  Blood blood(cubicBox(30.0, true));
+  Blood blood(test::cubicBox(30.0, true));
   blood.physics.species[2].freedom.fixed = true;
   std::vector<Body> cells = {makeBody(0, 2, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
                              makeBody(1, 1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),
