@@ -40,3 +40,18 @@ inline auto Contains(const std::string& text) {
 #endif
 using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;
+
+namespace packmesh::test {
+
+/// What an error of this type says that `work` throws; nothing if it throws none.
+template <class Error, class Work>
+std::string messageOf(Work&& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace packmesh::test

@@ -49,23 +49,22 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Sets an environment variable as long as it exists.
+/// Sets an environment variable, or removes it, as long as it exists.
 class Variable {
  public:
-  Variable(const char* name, const std::string& value) : name_(name) {
+  Variable(const char* name, const std::optional<std::string>& value) : name_(name) {
     if (const char* before = std::getenv(name)) before_ = before;
-    setenv(name, value.c_str(), 1);
+    set(value);
   }
-  ~Variable() {
-    if (before_)
-      setenv(name_, before_->c_str(), 1);
-    else
-      unsetenv(name_);
-  }
+  ~Variable() { set(before_); }
   Variable(const Variable&) = delete;
   Variable& operator=(const Variable&) = delete;
 
  private:
+  void set(const std::optional<std::string>& value) const {
+    value ? setenv(name_, value->c_str(), 1) : unsetenv(name_);
+  }
+
   const char* name_;
   std::optional<std::string> before_;
 };

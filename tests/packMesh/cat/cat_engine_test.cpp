@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_engine.h"
 
-#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/bodies.h"
 #include "tests/support/cat.h"
 #include "tests/support/catch.h"
+#include "tests/support/certified.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -16,29 +16,6 @@ PackingProblem grown(std::shared_ptr<const Container> container, double fraction
   PackingProblem problem = test::redCellProblem(std::move(container), fraction);
   test::useCat(problem);
   return problem;
-}
-
-/// Certified anew, at full size, in the order of the species.
-void checkAll(const PackingProblem& problem, const PackingResult& result) {
-  std::vector<const Shape*> shapes;
-  std::vector<const Wall*> walls;
-  std::int64_t count = 0;
-  for (const Species& species : problem.physics.species) {
-    shapes.push_back(problem.physics.shapes[species.shape].get());
-    walls.push_back(problem.physics.container->wall());
-    count += species.count;
-  }
-  REQUIRE(result.outcome == Outcome::certified);
-  REQUIRE(std::int64_t(result.cells.size()) == count);
-  REQUIRE(result.poses.size() == result.cells.size());
-  for (const Pose& pose : result.poses) REQUIRE(pose.scale == 1.0);
-  for (std::size_t i = 1; i < result.cells.size(); ++i)
-    REQUIRE(result.cells[i - 1].species <= result.cells[i].species);
-  const Certificate again =
-      certify({shapes, walls, problem.physics.container.get(), &result.cells, problem.physics.clearance});
-  REQUIRE(again.clean());
-  REQUIRE(result.certificate.clean());
-  REQUIRE(again.minimumGap == result.certificate.minimumGap);
 }
 
 }  // namespace
@@ -55,8 +32,7 @@ TEST_CASE("Method cat packs boxes, cylinders, spheres and vessels, periodic and 
   for (const auto& container : containers) {
     CAPTURE(container->describe());
     const PackingProblem problem = grown(container, 0.35);
-    const PackingResult result = pack(problem);
-    checkAll(problem, result);
+    const PackingResult result = test::packAll(problem);
     REQUIRE(result.statistics.engine);
     CHECK(result.statistics.engine->iterations() > 0);
     CHECK(result.statistics.engineSeconds > 0.0);
@@ -68,13 +44,11 @@ TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
   problem.physics.add("PLT", test::hemocellShape("PLT"), 12);
   problem.physics.add("WBC", test::hemocellShape("WBC"), 1);
   problem.physics.clearance = 0.1;
-  const PackingResult result = pack(problem);
-  checkAll(problem, result);
+  const PackingResult result = test::packAll(problem);
   CHECK(result.certificate.minimumGap >= 0.1);
   problem.physics.clearance = 0.0;
   problem.physics.rotate = false;
-  const PackingResult still = pack(problem);
-  checkAll(problem, still);
+  const PackingResult still = test::packAll(problem);
   for (const Pose& pose : still.poses) CHECK(pose.orientation.coeffs() == Quaternion::Identity().coeffs());
 }
 
@@ -85,8 +59,7 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
     CAPTURE(container->describe());
     PackingProblem problem = grown(container, fraction);
     test::useCat(problem).planeSource = PlaneSource::catFaces;
-    const PackingResult result = pack(problem);
-    checkAll(problem, result);
+    const PackingResult result = test::packAll(problem);
     const std::optional<TetrahedraSums>& sums = test::catStatistics(result).tetrahedra;
     REQUIRE(sums);
     CHECK(sums->runs > 0);
@@ -104,8 +77,7 @@ TEST_CASE("Method cat tests cells as they are written") {
       placement.translation[k] = 0.01 * std::round(100.0 * placement.translation[k]);
     return placement;
   };
-  const PackingResult result = pack(problem);
-  checkAll(problem, result);
+  const PackingResult result = test::packAll(problem);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     CHECK(result.cells[i].placement.translation == problem.physics.written(result.poses[i]).translation);
 }
@@ -119,7 +91,7 @@ TEST_CASE("Method cat grows single objects into thin copies of themselves") {
     problem.physics.add("object", std::make_shared<const Shape>(mesh), 1);
     problem.physics.container = makeVessel(around, {}, 0.2);
     test::useCat(problem);
-    checkAll(problem, pack(problem));
+    test::packAll(problem);
   }
 }
 

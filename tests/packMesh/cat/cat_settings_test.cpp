@@ -12,12 +12,7 @@ template <class Change>
 std::string refusal(Change&& change) {
   GrowthSettings settings;
   change(settings);
-  try {
-    validate(settings);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::messageOf<InputError>([&] { validate(settings); });
 }
 
 }  // namespace

@@ -20,13 +20,9 @@ namespace {
 using Folder = test::TemporaryFolder;
 
 std::string messageOf(const std::filesystem::path& file) {
-  try {
-    readMesh(file);
-  } catch (const InputError& error) {
-    REQUIRE_THAT(error.what(), Contains(file.filename().string()));
-    return error.what();
-  }
-  return "no error";
+  const std::string message = test::messageOf<InputError>([&] { readMesh(file); });
+  CHECK_THAT(message, Contains(file.filename().string()));
+  return message;
 }
 
 template <class T>

@@ -105,13 +105,9 @@ TriangleMesh opened(TriangleMesh mesh, const std::vector<double>& planes) {
 
 std::string refusalToClose(TriangleMesh mesh) {
   std::vector<CappedOpening> capped;
-  try {
-    repairClosed(mesh, "tube.stl", &capped);
-  } catch (const MeshError& error) {
-    CHECK(capped.empty());
-    return error.what();
-  }
-  return "no error";
+  const std::string message = test::messageOf<MeshError>([&] { repairClosed(mesh, "tube.stl", &capped); });
+  CHECK(capped.empty());
+  return message;
 }
 
 }  // namespace

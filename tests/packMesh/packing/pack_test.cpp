@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/pack.h"
-#include "packMesh/certificate/certifier.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
 #include "packMesh/relaxation/contact_kernels.h"
 #include "tests/support/catch.h"
+#include "tests/support/certified.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -67,58 +67,12 @@ TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
 using test::periodicCube;
 using test::redCellProblem;
 
-namespace {
-
-/// What holds for every packing that is handed over; certified anew, not as pack() says.
-void checkPacking(const PackingProblem& problem, const PackingResult& result) {
-  REQUIRE(result.poses.size() == result.cells.size());
-  REQUIRE(result.certificate.clean());
-  REQUIRE(result.certificate.cells == std::int64_t(result.cells.size()));
-  REQUIRE(result.certificate.minimumGap > 0.0);
-  REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
-
-  std::vector<const Shape*> shapes;
-  std::vector<const Wall*> walls;
-  for (const auto& shape : problem.physics.shapes) shapes.push_back(shape.get());
-  walls.resize(problem.physics.species.size(), problem.physics.container->wall());
-  const Certificate again = certify({shapes, walls, problem.physics.container.get(), &result.cells,
-                                     problem.physics.clearance, problem.physics.wallClearance});
-  REQUIRE(again.clean());
-  REQUIRE(again.minimumGap == result.certificate.minimumGap);
-  REQUIRE(again.minimumWallGap == result.certificate.minimumWallGap);
-  REQUIRE(again.minimumWallGap >= problem.physics.wallClearance);
-
-  double volume = 0.0;
-  const Box bounds = problem.physics.container->bounds();
-  for (std::size_t i = 0; i < result.cells.size(); ++i) {
-    const PlacedCell& cell = result.cells[i];
-    REQUIRE((i == 0 || result.cells[i - 1].species <= cell.species));
-    REQUIRE(bounds.contains(cell.placement.translation));
-    REQUIRE((cell.placement.linear * cell.placement.linear.transpose() - Mat3::Identity()).norm() < 1e-12);
-    REQUIRE(cell.placement.linear.determinant() > 0.0);
-    REQUIRE(result.poses[i].scale == 1.0);
-    REQUIRE(result.poses[i].position == cell.placement.translation);
-    volume += shapes[cell.shape]->volume();
-  }
-  REQUIRE(result.certificate.cellVolume == Approx(volume));
-}
-
-std::int64_t countOf(const PackingResult& result, int species) {
-  return std::count_if(result.cells.begin(), result.cells.end(),
-                       [&](const PlacedCell& cell) { return cell.species == species; });
-}
-
-}  // namespace
-
 TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
   for (const double fraction : {0.35, 0.45})
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       CAPTURE(fraction, seed);
       const PackingProblem problem = redCellProblem(periodicCube(25.0), fraction, seed);
-      const PackingResult result = pack(problem);
-      REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(std::int64_t(result.cells.size()) == problem.physics.species[0].count);
-      checkPacking(problem, result);
+      const PackingResult result = test::packAll(problem);
       REQUIRE(result.statistics.sweeps > 0);
     }
 }
@@ -129,10 +83,8 @@ TEST_CASE("Species that share a shape have numbers of cells of their own", "[pac
   others.name = "RBC, others";
   others.count = 5;
   problem.physics.species.push_back(others);
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
+  const PackingResult result = test::packAll(problem);
   CHECK(result.counts == std::vector<std::int64_t>{problem.physics.species[0].count, 5});
-  CHECK(countOf(result, 1) == 5);
   CHECK(std::all_of(result.cells.begin(), result.cells.end(),
                     [](const PlacedCell& c) { return c.shape == 0; }));
 }
@@ -192,10 +144,7 @@ TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
     problem.physics.add("PLT", platelet, 8);
     problem.physics.add("WBC", white, 1);
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.physics.species[s].count);
-    checkPacking(problem, result);
+    test::packAll(problem);
   }
 }
 
@@ -203,9 +152,7 @@ TEST_CASE("General meshes are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.15, 1);
   problem.physics.add("bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20);
   problem.physics.add("hook", std::make_shared<const Shape>(test::hookMesh()), 10);
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  test::packAll(problem);
 }
 
 TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
@@ -216,9 +163,7 @@ TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
     problem.physics.container = periodicCube(15.0);
     problem.physics.seed = seed;
     problem.execution.limits.maxSweeps = 2000;
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    checkPacking(problem, result);
+    test::packAll(problem);
   }
 }
 
@@ -242,10 +187,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
       CAPTURE(container->describe(), wallClearance);
       PackingProblem problem = redCellProblem(container, wallClearance < 0.3 ? 0.30 : 0.20);
       problem.physics.wallClearance = wallClearance;
-      const PackingResult result = pack(problem);
-      REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(std::int64_t(result.cells.size()) == problem.physics.species[0].count);
-      checkPacking(problem, result);
+      const PackingResult result = test::packAll(problem);
       // Cells are as near as they may be: the clearance is what keeps them away.
       REQUIRE(result.certificate.minimumWallGap < wallClearance + 0.2);
     }
@@ -255,9 +197,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
 TEST_CASE("Without rotation every orientation stays the identity", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.30);
   problem.physics.rotate = false;
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  const PackingResult result = test::packAll(problem);
   for (const PlacedCell& cell : result.cells) REQUIRE(cell.placement.linear == Mat3::Identity());
 }
 
@@ -266,9 +206,7 @@ TEST_CASE("The requested clearance is kept", "[packing]") {
     CAPTURE(clearance);
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35);
     problem.physics.clearance = clearance;
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    checkPacking(problem, result);
+    const PackingResult result = test::packAll(problem);
     REQUIRE(result.certificate.minimumGap >= clearance);
     REQUIRE(result.certificate.minimumGap < clearance + 0.1);
   }
@@ -279,9 +217,7 @@ TEST_CASE("Cells can meet their own images", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(8.0), 0.32);
   REQUIRE(problem.physics.species[0].count == 2);
   problem.execution.limits.maxSweeps = 3000;
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  test::packAll(problem);
 }
 
 TEST_CASE("Cells begin clear of their own images, so that a thin box is packed with any seed", "[packing]") {
@@ -320,7 +256,7 @@ TEST_CASE("An infeasible request ends with fewer cells and a clean certificate",
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
   REQUIRE(result.certificate.cellVolume > 0.45 * problem.physics.container->volume());
-  checkPacking(problem, result);
+  test::requireValid(problem, result);
   REQUIRE(test::sameBits(pack(problem), result));
 }
 
@@ -330,7 +266,7 @@ TEST_CASE("A time limit ends a run with the cells packed so far", "[packing]") {
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
-  checkPacking(problem, result);
+  test::requireValid(problem, result);
 }
 
 TEST_CASE("A short time limit still gives some cells", "[packing]") {
@@ -343,7 +279,7 @@ TEST_CASE("A short time limit still gives some cells", "[packing]") {
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::outOfReach);
     REQUIRE(result.cells.size() > 10);
-    checkPacking(problem, result);
+    test::requireValid(problem, result);
   }
 }
 
@@ -379,7 +315,7 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
     REQUIRE(result.statistics.repairs > 0);
     REQUIRE(result.certificate.minimumWallGap >= clearance + layer);
     problem.physics.species[0].wall = nullptr;
-    checkPacking(problem, result);
+    test::requireValid(problem, result);
   }
 }
 
