@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/analysis/profiles.h"
 #include "packMesh/analysis/cell_measures.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/catch.h"

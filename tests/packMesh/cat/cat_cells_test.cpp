@@ -446,17 +446,6 @@ TEST_CASE("Cubes and spheres have the expected neighbours, and equal ones cells 
       if (i / 2 != j / 2) CHECK(six.count({i, j}) == 1);
 }
 
-TEST_CASE("CAT cells do not depend on the order of the objects", "[cat]") {
-  CatScene scene = mixture();
-  const CatCells before = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  std::reverse(scene.input.objects.begin(), scene.input.objects.end());
-  const CatCells after = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  for (std::size_t i = 0; i < before.cells.size(); ++i) {
-    CHECK(before.cells[i].vertices == after.cells[before.cells.size() - 1 - i].vertices);
-    CHECK(before.cells[i].triangles == after.cells[before.cells.size() - 1 - i].triangles);
-  }
-}
-
 TEST_CASE("CAT cells fill a periodic box", "[cat]") {
   for (const CatScene& scene : {coarse(redCellsInPeriodicBox(13.0, 0.35), 1, 0.85),
                                 coarse(redCellsInPeriodicBox(9.0, 0.12), 2, 0.9)}) {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_engine.h"
 
-#include "packMesh/container/vessel.h"
 #include "tests/support/bodies.h"
-#include "tests/support/cat.h"
 #include "tests/support/catch.h"
 #include "tests/support/certified.h"
-#include "tests/support/packings.h"
 
 using namespace packmesh;
 

@@ -3,7 +3,6 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"

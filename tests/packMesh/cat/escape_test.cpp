@@ -4,8 +4,6 @@
 #include "packMesh/cat/rooms.h"
 #include "packMesh/certificate/certifier.h"
 #include "tests/packMesh/cat/escape_scene.h"
-#include "tests/support/bodies.h"
-#include "tests/support/cat.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 

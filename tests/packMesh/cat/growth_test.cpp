@@ -4,13 +4,11 @@
 #include "packMesh/cat/chord_planes.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
-#include "tests/support/shapes.h"
 
 using namespace packmesh;
 

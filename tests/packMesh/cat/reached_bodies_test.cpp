@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_face_planes.h"
 
-#include "packMesh/relaxation/body.h"
-#include "tests/packMesh/mesh/test_meshes.h"
-#include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"
 

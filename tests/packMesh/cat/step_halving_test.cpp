@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/step_halving.h"
-#include "packMesh/container/primitives.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/physics.h"

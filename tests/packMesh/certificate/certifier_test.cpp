@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
-#include "tests/packMesh/mesh/test_meshes.h"
-#include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"

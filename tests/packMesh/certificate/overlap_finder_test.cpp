@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/overlap_finder.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/blocks.h"
-#include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-
 #include "packMesh/field/distance_grid.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/mesh/winding_number.h"
-#include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"

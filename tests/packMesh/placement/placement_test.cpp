@@ -2,11 +2,9 @@
 #include "packMesh/placement/placement.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
-#include "tests/support/shapes.h"
 
 using namespace packmesh;
 

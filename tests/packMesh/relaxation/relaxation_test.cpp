@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/relaxation/relaxation.h"
 
-#include "packMesh/container/primitives.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/placement/placement.h"
 #include "packMesh/relaxation/schedule.h"
@@ -230,23 +229,6 @@ TEST_CASE("More clearance can be required of a pair and of a cell at the wall", 
   REQUIRE(relaxation.cells().size() == 2);
   relaxation.sweep(1.0);
   REQUIRE(relaxation.lastSweep().deepest < 1e-3);
-}
-
-TEST_CASE("Without rotation, orientations do not change", "[relaxation]") {
-  const auto shape = test::redCellShape();
-  Physics physics = physicsIn(cube(25.0), {shape});
-  std::vector<Body> bodies = randomBodies(physics, 60, 5);
-  physics.rotate = false;
-  const std::vector<Body> start = bodies;
-  Relaxation relaxation(physics, {}, std::move(bodies));
-  for (int k = 0; k < 20; ++k) relaxation.sweep(1.0);
-  const std::vector<Body> cells = relaxation.cells();
-  double moved = 0.0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    REQUIRE(cells[i].orientation.coeffs() == start[i].orientation.coeffs());
-    moved += (cells[i].position - start[i].position).norm();
-  }
-  REQUIRE(moved > 1.0);
 }
 
 TEST_CASE("A few small cells in a large lumen cost little", "[relaxation]") {
