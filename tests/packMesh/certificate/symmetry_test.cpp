@@ -209,8 +209,7 @@ TEST_CASE("Certificates scale with the packing, to the bit for powers of two", "
   }
 }
 
-TEST_CASE("Cells whose faces are 1e-12 µm apart do not overlap, but touching ones do",
-          "[certificate][long]") {
+TEST_CASE("Cells whose faces are 1e-12 µm apart do not overlap, but touching ones do", "[certificate]") {
   const auto cube = std::make_shared<const Shape>(sample::box({-1, -1, -1}, {1, 1, 1}));
   for (const double gap : {1e-12, 3e-11, 1e-9, 1e-6, 1e-3, 0.0, -1e-12, -1e-6})
     for (const int where : {0, 1, 2}) {  // neighbours; images across a period; a wall
