@@ -17,12 +17,11 @@ namespace {
 void usage() {
   std::puts(
       "growth_benchmark --list\n"
-      "growth_benchmark pattern ... [--seeds n] [--check] [--folder f]\n"
+      "growth_benchmark pattern ... [--seeds n] [--check]\n"
       "  pattern     runs the cases whose name contains a match of one of these regular expressions\n"
       "  --list      names the cases\n"
       "  --seeds n   packs with seeds 1 to n; figures are means\n"
-      "  --check     packs once more and certifies every accepted state\n"
-      "  --folder f  where plots and meshes are written; without it, none are");
+      "  --check     packs once more and certifies every accepted state");
 }
 
 }  // namespace
@@ -40,16 +39,14 @@ int main(int argc, char** argv) {
         options.check = true;
       else if (argument == "--seeds" && i + 1 < argc)
         options.seeds = std::stoi(argv[++i]);
-      else if (argument == "--folder" && i + 1 < argc)
-        options.folder = argv[++i];
       else if (argument.rfind("--", 0) == 0) {
         usage();
         return argument == "--help" ? 0 : 2;
       } else
         patterns.emplace_back(argument);
     }
-    if (!options.folder.empty()) std::filesystem::create_directories(options.folder);
-    std::vector<Case> cases = allCases();
+    std::vector<Case> cases = packingCases(), parts = partCases();
+    cases.insert(cases.end(), parts.begin(), parts.end());
     std::sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) { return a.name < b.name; });
     if (!list && patterns.empty()) {
       usage();

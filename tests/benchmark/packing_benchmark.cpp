@@ -19,13 +19,11 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/cell_model.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/core/version.h"
-#include "packMesh/mesh/mesh_repair.h"
-#include "packMesh/packing/pack.h"
-#include "tests/benchmark/kernels.h"
+#include "tests/support/packings.h"
+#if PACKMESH_CAT
 #include "tests/support/cat.h"
+#endif
 
 using namespace packmesh;
 
@@ -35,7 +33,7 @@ void usage() {
   std::puts(
       "packing_benchmark [pattern ...] [--list] [--seeds n] [--max-seconds s] [--json file]\n"
       "  pattern          runs the cases whose name contains a match of one of these regular expressions;\n"
-      "                   without any, those marked quick. \"kernels\" are the kernels by themselves\n"
+      "                   without any, those marked quick\n"
       "  --list           names the cases\n"
       "  --seeds n        runs every case with seeds 1 to n; times are means, the outcome a rate of success\n"
       "  --max-seconds s  wall time after which a packing gives up [s]\n"
@@ -51,25 +49,8 @@ struct Case {
   double maxSeconds = 0.0;
 };
 
-std::shared_ptr<const Shape> hemocellShape(const std::string& name) {
-  return hemocell::makeShape(*hemocell::defaultModel(name), 0.5);
-}
-
-PackingProblem redCells(std::shared_ptr<const Container> container, double fraction) {
-  PackingProblem problem;
-  const std::shared_ptr<const Shape> shape = hemocellShape("RBC");
-  const auto count = static_cast<std::int64_t>(fraction * container->volume() / shape->volume());
-  problem.physics.add("RBC", shape, count);
-  problem.physics.container = std::move(container);
-  return problem;
-}
-
-std::shared_ptr<const Container> periodicCube(double edge) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true});
-}
-
 PackingProblem cube(double edge, double fraction) {
-  return redCells(periodicCube(edge), fraction);
+  return test::redCellProblem(test::periodicCube(edge), fraction);
 }
 
 PackingProblem columns(double edge, double fraction) {
@@ -79,16 +60,15 @@ PackingProblem columns(double edge, double fraction) {
 }
 
 PackingProblem cylinder(double fraction) {
-  return redCells(makeCylinder(Vec3(25.0, 0.0, 0.0), 0, 12.5, 50.0, true), fraction);
+  return test::redCellProblem(makeCylinder(Vec3(25.0, 0.0, 0.0), 0, 12.5, 50.0, true), fraction);
 }
 
 /// Whole blood: platelets 7 for 100 red cells, two white cells.
 PackingProblem wholeBlood() {
   PackingProblem problem = cube(49.0, 0.40);
-  const auto platelets =
-      static_cast<std::int64_t>(0.07 * static_cast<double>(problem.physics.species[0].count));
-  problem.physics.add("PLT", hemocellShape("PLT"), platelets);
-  problem.physics.add("WBC", hemocellShape("WBC"), 2);
+  const auto platelets = std::int64_t(0.07 * double(problem.physics.species[0].count));
+  problem.physics.add("PLT", test::hemocellShape("PLT"), platelets);
+  problem.physics.add("WBC", test::hemocellShape("WBC"), 2);
   return problem;
 }
 
@@ -100,32 +80,11 @@ PackingProblem apart() {
 
 /// A cell without a closed form: an oval biconcave disc with a thick end, 1502 vertices.
 TriangleMesh ovalCell() {
-  constexpr int rings = 30, segments = 50;
-  constexpr double radius = 3.6, pi = 3.14159265358979323846;
-  TriangleMesh mesh;
-  const auto add = [&](double theta, double phi) {
-    const double r = std::sin(theta), r2 = r * r;
-    const double thickness = 0.12 + 1.0 * r2 - 0.55 * r2 * r2;
-    Vec3 p(r * std::cos(phi), std::cos(theta) * thickness, r * std::sin(phi));
-    p.y() *= 1.0 + 0.15 * p.x();
-    p.x() *= 1.15;
-    mesh.vertices.push_back(radius * p);
-  };
-  add(0.0, 0.0);
-  for (int i = 1; i <= rings; ++i)
-    for (int j = 0; j < segments; ++j) add(pi * i / (rings + 1), 2.0 * pi * j / segments);
-  add(pi, 0.0);
-  const auto at = [](int ring, int segment) { return 1 + ring * segments + segment % segments; };
-  const int last = static_cast<int>(mesh.vertices.size()) - 1;
-  for (int j = 0; j < segments; ++j) {
-    mesh.triangles.push_back({0, at(0, j + 1), at(0, j)});
-    for (int i = 0; i + 1 < rings; ++i) {
-      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
-    }
-    mesh.triangles.push_back({last, at(rings - 1, j), at(rings - 1, j + 1)});
+  TriangleMesh mesh = sample::sphere(Vec3::Zero(), 1.0, 31, 50);
+  for (Vec3& v : mesh.vertices) {
+    const double r2 = v.head<2>().squaredNorm(), thickness = 0.12 + 1.0 * r2 - 0.55 * r2 * r2;
+    v = 3.6 * Vec3(1.15 * v.x(), thickness * (1.0 + 0.15 * v.x()) * v.z(), -v.y());
   }
-  repairClosed(mesh, "oval cell");
   return mesh;
 }
 
@@ -133,9 +92,8 @@ PackingProblem ovalCells(double fraction) {
   PackingProblem problem = cube(50.0, fraction);
   const auto shape = std::make_shared<Shape>(ovalCell());
   problem.physics.species.clear();
-  problem.physics.add(
-      "oval", shape,
-      static_cast<std::int64_t>(fraction * problem.physics.container->volume() / shape->volume()));
+  problem.physics.add("oval", shape,
+                      std::int64_t(fraction * problem.physics.container->volume() / shape->volume()));
   return problem;
 }
 
@@ -163,7 +121,7 @@ std::vector<Case> allCases() {
     cases.push_back({fmt::format("cylinder-{:.2f}", fraction), [=] { return cylinder(fraction); }, true});
   for (const double fraction : {0.40, 0.50})
     cases.push_back({fmt::format("sphere-{:.2f}", fraction),
-                     [=] { return redCells(makeSphere(Vec3::Zero(), 20.0), fraction); }, true});
+                     [=] { return test::redCellProblem(makeSphere(Vec3::Zero(), 20.0), fraction); }, true});
   cases.push_back({"oval50-0.45", [] { return ovalCells(0.45); }, true});
   cases.push_back({"cat20-0.35", [] { return grown(20.0, 0.35); }, true});
   cases.push_back({"blood49-0.40", wholeBlood, true});
@@ -185,7 +143,7 @@ struct Figures {
 };
 
 double cpuSeconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  return double(std::clock()) / CLOCKS_PER_SEC;
 }
 
 Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyOneCell) {
@@ -199,7 +157,7 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   const double start = cpuSeconds();
   const PackingResult result = pack(problem);
   f.total = cpuSeconds() - start;
-  f.cells = static_cast<std::int64_t>(result.cells.size());
+  f.cells = std::int64_t(result.cells.size());
   f.sweeps = result.statistics.sweeps;
   f.repairs = result.statistics.repairs;
   f.fraction = result.certificate.cellVolume / problem.physics.container->volume();
@@ -208,7 +166,7 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   f.relaxation = result.statistics.relaxationSeconds + result.statistics.engineSeconds;
   if (result.statistics.engine) f.sweeps = result.statistics.engine->iterations();
   f.certificate = result.statistics.certificateSeconds;
-  f.outcome = static_cast<int>(result.outcome);
+  f.outcome = int(result.outcome);
   return f;
 }
 
@@ -237,7 +195,7 @@ Figures measureInChild(const Case& c, std::uint64_t seed, double maxSeconds, boo
   rusage usage{};
   wait4(child, &status, 0, &usage);
   if (got != static_cast<ssize_t>(sizeof f) || status != 0) throw std::runtime_error(c.name + " failed");
-  f.peakBytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
+  f.peakBytes = 1024.0 * double(usage.ru_maxrss);
   return f;
 }
 
@@ -257,8 +215,8 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
   for (const Figures& f : runs) {
     mean.cells += f.cells;
     mean.wanted += f.wanted;
-    sweeps += static_cast<double>(f.sweeps);
-    repairs += static_cast<double>(f.repairs);
+    sweeps += double(f.sweeps);
+    repairs += double(f.repairs);
     mean.fraction += f.fraction;
     mean.placement += f.placement;
     mean.relaxation += f.relaxation;
@@ -266,9 +224,9 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
     mean.total += f.total;
     mean.peakBytes = std::max(mean.peakBytes, f.peakBytes);
     gap = std::min(gap, f.gap);
-    certified += f.outcome == static_cast<int>(Outcome::certified);
+    certified += f.outcome == int(Outcome::certified);
   }
-  const double n = static_cast<double>(runs.size()), cells = std::max<double>(1.0, mean.cells);
+  const double n = double(runs.size()), cells = std::max<double>(1.0, mean.cells);
   const auto perCell = [&](double seconds) { return 1e3 * seconds / cells; };
   std::string outcome = fmt::format("{}/{} certified", certified, runs.size());
   if (runs.size() == 1)
@@ -299,23 +257,6 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
 }
 
 }  // namespace
-
-/// Runs the kernels, or only lists them, when they are asked for.
-nlohmann::ordered_json kernelRows(const std::vector<std::regex>& patterns, bool list) {
-  if (list) std::puts("kernels (quick)");
-  const bool wanted =
-      patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [](const std::regex& pattern) {
-        return std::regex_search("kernels", pattern);
-      });
-  if (list || !wanted) return nlohmann::ordered_json::array();
-  std::puts("");
-#ifdef PACKMESH_KERNEL_BENCHMARKS
-  return benchmark::runKernels();
-#else
-  std::puts("Kernels by themselves: google-benchmark was not installed when this was built.");
-  return nlohmann::ordered_json::array();
-#endif
-}
 
 int main(int argc, char** argv) {
   std::vector<std::regex> patterns;
@@ -358,13 +299,10 @@ int main(int argc, char** argv) {
         runs.push_back(measureInChild(c, seed, limit));
       rows.push_back(printRow(c, runs, baseBytes));
     }
-    const auto kernels = kernelRows(patterns, list);
-    if (!list && rows.empty() && kernels.empty())
-      throw std::runtime_error("no case matches (--list names them)");
+    if (!list && rows.empty()) throw std::runtime_error("no case matches (--list names them)");
     if (!jsonFile.empty()) {
       std::ofstream out(jsonFile);
-      out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}, {"kernels", kernels}}.dump(2)
-          << "\n";
+      out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}}.dump(2) << "\n";
       if (!out) throw std::runtime_error(jsonFile + " cannot be written");
     }
   } catch (const std::exception& error) {

@@ -12,7 +12,7 @@
 namespace packmesh::sample {
 
 inline void append(TriangleMesh& mesh, const TriangleMesh& other) {
-  const int n = static_cast<int>(mesh.vertices.size());
+  const int n = int(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
   for (const Triangle& t : other.triangles) mesh.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
 }
@@ -29,7 +29,7 @@ inline TriangleMesh box(const Vec3& lo, const Vec3& hi) {
 /// Rings of `sides` vertices joined to a closed surface; the ends are closed by fans around their middles.
 inline TriangleMesh sweep(const std::vector<std::vector<Vec3>>& rings) {
   TriangleMesh mesh;
-  const int sides = static_cast<int>(rings[0].size()), count = static_cast<int>(rings.size());
+  const int sides = int(rings[0].size()), count = int(rings.size());
   for (const std::vector<Vec3>& ring : rings)
     mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
   for (int r = 0; r + 1 < count; ++r)
@@ -41,7 +41,7 @@ inline TriangleMesh sweep(const std::vector<std::vector<Vec3>>& rings) {
   for (const int r : {0, count - 1}) {
     Vec3 middle = Vec3::Zero();
     for (const Vec3& v : rings[r]) middle += v / sides;
-    const int m = static_cast<int>(mesh.vertices.size());
+    const int m = int(mesh.vertices.size());
     mesh.vertices.push_back(middle);
     for (int k = 0; k < sides; ++k) {
       const int a = r * sides + k, b = r * sides + (k + 1) % sides;
@@ -85,7 +85,7 @@ inline TriangleMesh sphere(const Vec3& center, double radius, int rings, int sid
                                                      std::sin(theta) * std::sin(phi), std::cos(theta)));
     }
   mesh.vertices.push_back(center - Vec3(0, 0, radius));
-  const int south = static_cast<int>(mesh.vertices.size()) - 1;
+  const int south = int(mesh.vertices.size()) - 1;
   for (int k = 0; k < sides; ++k) {
     const int next = (k + 1) % sides;
     mesh.triangles.push_back({0, 1 + k, 1 + next});
@@ -128,7 +128,7 @@ inline TriangleMesh voxels(int n, double size, const std::function<bool(int, int
     return filled(c[0], c[1], c[2]);
   };
   const auto vertex = [&](std::array<int, 3> c) {
-    const auto [entry, isNew] = number.insert({c, static_cast<int>(mesh.vertices.size())});
+    const auto [entry, isNew] = number.insert({c, int(mesh.vertices.size())});
     if (isNew) mesh.vertices.push_back(size * Vec3(c[0], c[1], c[2]));
     return entry->second;
   };

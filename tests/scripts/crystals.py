@@ -11,13 +11,11 @@ import tempfile
 
 script, known = sys.argv[1], sorted(pathlib.Path(sys.argv[2]).glob("*.json"))
 
-
 def run(expected, *arguments):
     done = subprocess.run([sys.executable, script, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != expected:
         sys.exit(f"{arguments}: status {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
-
 
 with tempfile.TemporaryDirectory() as folder:
     found, compressed = pathlib.Path(folder) / "red_cells_2.json", pathlib.Path(folder) / "compressed.json"
@@ -28,8 +26,12 @@ with tempfile.TemporaryDirectory() as folder:
     for line in run(0, "--judge", found, *known).splitlines():
         if "no overlap" not in line:
             sys.exit(line)
-    crystal = json.loads(known[0].read_text())
-    crystal["latticeVectors"] = [[0.999 * x for x in vector] for vector in crystal["latticeVectors"]]
-    compressed.write_text(json.dumps(crystal))
-    if "OVERLAPS" not in run(4, "--judge", compressed):
-        sys.exit("a crystal compressed by a thousandth was accepted")
+    for file in known:
+        crystal = json.loads(file.read_text())
+        if f"volume fraction {crystal['volumeFraction']:.5f}" not in run(0, "--judge", file) or crystal["volumeFraction"] < 0.7076:
+            sys.exit(f"{file} states another volume fraction than it has, or one that is hardly above that of columns")
+        for key in ("latticeVectors", "positions"):
+            crystal[key] = [[0.999 * x for x in vector] for vector in crystal[key]]
+        compressed.write_text(json.dumps(crystal))
+        if "OVERLAPS" not in run(4, "--judge", compressed):
+            sys.exit(f"{file}, compressed by a thousandth, was accepted")

@@ -84,7 +84,7 @@ def check_spack():
         "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libtet1.5-dev": "tetgen",
         "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk", "libgmp-dev": "gmp",
-        "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig",
+        "cmake": "cmake", "pkg-config": "pkgconfig",
         "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy", "python3-h5py": "py-h5py", "python3-jinja2": "py-jinja2"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for debian, spack in spack_name.items():
@@ -132,7 +132,7 @@ def check_cmake():
     debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
                    "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev",
                    "nlohmann_json": "nlohmann-json3-dev", "TINYXML2": "libtinyxml2-dev", "TetGen": "libtet1.5-dev",
-                   "PkgConfig": "pkg-config", "Threads": "build-essential", "Catch2": "catch2", "benchmark": "libbenchmark-dev", "Python": "python3-dev", "Git": "git",
+                   "PkgConfig": "pkg-config", "Threads": "build-essential", "Catch2": "catch2", "Python": "python3-dev", "Git": "git",
                    "pybind11": "pybind11-dev"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for lists in ("CMakeLists.txt", "python/CMakeLists.txt", "tests/CMakeLists.txt"):

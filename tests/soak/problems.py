@@ -197,7 +197,6 @@ def case(problem, rng, oracle, size):
     body = rng.choice(["box", "cylinder", "sphere", "mesh"])
     low = [0.5, 0.5, 0.5]
     size = [x + 3 for x in size]
-    volume, walls = None, "xyz"
     if body == "box":
         center = [lo + x / 2 for lo, x in zip(low, size)]
         text = f'<box size="{" ".join(map(number, size))}" origin="0.5 0.5 0.5"/>'
@@ -252,20 +251,19 @@ def case(problem, rng, oracle, size):
                   f'center="{" ".join(map(number, center))}"/></region>')
         problem["regions"] = True
     if body == "box":
-        text += f" "
-        region += f"<walls>{walls}</walls>"
+        region += "<walls>xyz</walls>"
     nodes = int(2 * (max(size) + 6))
     newline = rng.choice(["\n", "\r\n"])
     problem["files"]["config.xml"] = newline.join(
         ["<hemocell>", f"<domain><dx> 5e-7 </dx><nx>{nodes}</nx><ny>{nodes}</ny><nz>{nodes}</nz></domain>",
-         f"<packing><container>{text}</container>", region, "@SPECIES@</packing>", "</hemocell>", ""])
+         f"<packing><container>{text}</container>", region, "</packing>", "</hemocell>", ""])
     problem["args"].insert(0, "config.xml")
     for name, radius, triangles, more in (("RBC", 3.91, 600, ""), ("WBC", 4, 600, ""), ("PLT", 1.25, 66,
                                           "<aspectRatio>0.434782608696</aspectRatio>")):
         problem["files"][f"{name}.xml"] = (
             f"<hemocell><MaterialModel><name>{name}</name><radius>{radius}e-6</radius>"
             f"<minNumTriangles>{triangles}</minNumTriangles>{more}</MaterialModel></hemocell>\n")
-    return volume, center
+    return None, center
 
 
 def random_problem(rng):
@@ -360,7 +358,5 @@ def random_problem(rng):
         args.append("--best-effort")
     for name, template, distance in cells:
         oracle.append(f"species {name}.pos {template} {distance if has_wall else 0}")
-    if "config.xml" in problem["files"]:
-        problem["files"]["config.xml"] = problem["files"]["config.xml"].replace("@SPECIES@", "")
     problem["oracle"] = "\n".join(oracle) + "\n"
     return problem

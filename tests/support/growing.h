@@ -12,17 +12,26 @@
 
 namespace packmesh::test {
 
+/// Cells of the first species.
+inline std::vector<Body> bodiesAt(const std::vector<Pose>& poses, double scale = 1.0) {
+  std::vector<Body> cells;
+  for (Pose pose : poses) {
+    pose.scale = scale;
+    cells.push_back(makeBody(std::int64_t(cells.size()), 0, 0, pose));
+  }
+  return cells;
+}
+
 /// Random cells at a scale, free of overlap.
 /// @param counts cells of each species
 inline std::vector<Body> seeded(const Physics& physics, const std::vector<std::int64_t>& counts,
                                 double scale) {
   std::vector<Body> cells;
   for (std::size_t s = 0; s < counts.size(); ++s) {
-    const auto first = static_cast<std::int64_t>(cells.size());
-    for (Pose pose : placeRandomly(physics, {}, static_cast<int>(s), static_cast<int>(s), first, counts[s])) {
+    const auto first = std::int64_t(cells.size());
+    for (Pose pose : placeRandomly(physics, {}, int(s), int(s), first, counts[s])) {
       pose.scale = scale;
-      cells.push_back(
-          makeBody(static_cast<std::int64_t>(cells.size()), static_cast<int>(s), static_cast<int>(s), pose));
+      cells.push_back(makeBody(std::int64_t(cells.size()), int(s), int(s), pose));
     }
   }
   if (!seed(physics, {}, scale, {}, cells)) throw std::runtime_error("no valid first state");

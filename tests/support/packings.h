@@ -20,7 +20,7 @@ inline std::shared_ptr<const Container> periodicCube(double edge) {
 inline PackingProblem redCellProblem(std::shared_ptr<const Container> container, double fraction,
                                      std::uint64_t seed = 1) {
   PackingProblem problem;
-  const auto count = static_cast<std::int64_t>(fraction * container->volume() / redCellShape()->volume());
+  const auto count = std::int64_t(fraction * container->volume() / redCellShape()->volume());
   problem.physics.add("RBC", redCellShape(), count);
   problem.physics.container = std::move(container);
   problem.physics.seed = seed;
@@ -42,7 +42,7 @@ inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, doub
                                 std::uint64_t seed) {
   PackingProblem problem;
   const std::shared_ptr<const Shape> red = redCellShape(), ball = sphereShape(1.0);
-  problem.physics.add("RBC", red, static_cast<std::int64_t>(fraction * container->volume() / red->volume()));
+  problem.physics.add("RBC", red, std::int64_t(fraction * container->volume() / red->volume()));
   problem.physics.add("PLT", ball, 1 + problem.physics.species[0].count / 14);
   problem.physics.container = std::move(container);
   problem.physics.seed = seed;
@@ -64,7 +64,7 @@ inline PackingProblem toBeCalibrated(double edge, double fraction, double factor
     for (std::size_t i = 0; i < packed.poses.size(); ++i) {
       Pose pose = packed.poses[i];
       pose.position *= factor;
-      state.cells.push_back(makeBody(static_cast<std::int64_t>(i), 0, 0, pose));
+      state.cells.push_back(makeBody(std::int64_t(i), 0, 0, pose));
     }
   return problem;
 }

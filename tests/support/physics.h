@@ -6,9 +6,14 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/container/primitives.h"
 #include "packMesh/problem/physics.h"
 
 namespace packmesh::test {
+
+inline std::shared_ptr<const Container> cubicBox(double edge, bool periodic) {
+  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
+}
 
 /// Shapes in a container, one species of each.
 inline Physics physicsOf(const std::vector<std::shared_ptr<const Shape>>& shapes,

@@ -74,6 +74,21 @@ inline TriangleMesh hookMesh() {
   return sample::sweep(rings);
 }
 
+/// Sixteen points as a cluster that is never culled.
+inline SamplePoints oneCluster(const std::vector<Vec3>& points) {
+  SamplePoints one;
+  one.clusters = 1;
+  for (std::size_t k = 0; k < SamplePoints::width; ++k) {
+    const Vec3& p = points[k % points.size()];
+    one.x.push_back(float(p.x()));
+    one.y.push_back(float(p.y()));
+    one.z.push_back(float(p.z()));
+  }
+  one.centerX = one.centerY = one.centerZ = std::vector<float>(SamplePoints::width, 0.0f);
+  one.radius.assign(SamplePoints::width, 1e3f);
+  return one;
+}
+
 struct NamedShape {
   std::string name;
   ShapePointer shape;

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The cases of growth_benchmark. A file with cases registers them by a static AddCases.
+/// @file The cases of growth_benchmark.
 #pragma once
 
-#include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "packMesh/core/timer.h"
 
+namespace packmesh {
+struct TetrahedraInput;
+}
+
 namespace packmesh::benchmark {
 
 struct Options {
-  std::filesystem::path folder;  ///< for plots and meshes; empty: none wanted
-  int seeds = 1;                 ///< packings are made with seeds 1 to this
-  bool check = false;            ///< pack once more and certify every accepted state
+  int seeds = 1;       ///< packings are made with seeds 1 to this
+  bool check = false;  ///< pack once more and certify every accepted state
 };
 
 struct Case {
@@ -23,16 +24,8 @@ struct Case {
   std::function<void(const Options&)> run;
 };
 
-inline std::vector<Case>& allCases() {
-  static std::vector<Case> cases;
-  return cases;
-}
-
-struct AddCases {
-  explicit AddCases(const std::vector<Case>& cases) {
-    allCases().insert(allCases().end(), cases.begin(), cases.end());
-  }
-};
+std::vector<Case> packingCases();  ///< whole packings
+std::vector<Case> partCases();     ///< parts of an iteration, and tetrahedra
 
 /// CPU time of a call [s].
 template <class Work>
@@ -42,10 +35,8 @@ double timeOf(Work&& work) {
   return cpuSeconds() - start;
 }
 
-inline double medianOf(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
+/// CPU time of one plain `tetgen -p` run [s]: TetGen's own program does just this between reading and writing
+/// files.
+double plainTetgenSeconds(const TetrahedraInput& input);
 
 }  // namespace packmesh::benchmark

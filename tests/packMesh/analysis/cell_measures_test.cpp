@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/analysis/cell_measures.h"
 
-#include <algorithm>
-
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/catch.h"

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cmath>
-#include <functional>
-#include <random>
-
-#include "packMesh/analysis/cell_measures.h"
 #include "packMesh/analysis/profiles.h"
-#include "packMesh/container/primitives.h"
+#include "packMesh/analysis/cell_measures.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/catch.h"
@@ -35,8 +30,6 @@ TEST_CASE("Depths in a vessel are exact near its wall and accurate inside") {
   const WallDepth closed(*tube->wall(), tube->bounds());
   REQUIRE(closed(Vec3(1, 2, 3)) == tube->wall()->distance(Vec3(1, 2, 3)).distance);
 }
-
-using namespace packmesh;
 
 namespace {
 

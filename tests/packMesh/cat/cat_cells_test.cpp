@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <map>
-#include <set>
-#include <sstream>
-
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/mesh/mesh_file.h"
@@ -126,8 +118,8 @@ TEST_CASE("The four cases have 1, 1, 3 and 12 faces", "[cat]") {
     const Tetrahedra t = single(randomCorners(random, 0), labels);
     ChordalFaces split;
     splitChordally(t, WallFaces::midGap, split);
-    CHECK(static_cast<int>(split.faces.size()) == faces);
-    CHECK(split.tetrahedra[static_cast<int>(kind)] == (faces > 0));
+    CHECK(int(split.faces.size()) == faces);
+    CHECK(split.tetrahedra[int(kind)] == (faces > 0));
     // Every face has corners on both of its sides, all corners of one label on the same.
     for (const ChordalFace& face : split.faces) {
       CHECK(face.tetrahedron == 0);
@@ -146,24 +138,7 @@ TEST_CASE("The four cases have 1, 1, 3 and 12 faces", "[cat]") {
   CHECK(seen[ChordalCase::allDifferent] == 24);
 }
 
-TEST_CASE("Faces separate the corners on their sides", "[cat]") {
-  std::mt19937 random(2);
-  for (int kind = 0; kind < 4; ++kind)
-    for (const std::array<int, 4>& labels : allLabels(0)) {
-      const Tetrahedra t = single(randomCorners(random, kind), labels);
-      ChordalFaces split;
-      splitChordally(t, WallFaces::midGap, split);
-      for (const ChordalFace& face : split.faces) {
-        CHECK(face.normal.norm() == Approx(1.0).epsilon(1e-12));
-        for (int k = 0; k < 4; ++k) {
-          if (face.first >> k & 1) CHECK(face.normal.dot(t.corner(0, k) - face.point) < 0.0);
-          if (face.second >> k & 1) CHECK(face.normal.dot(t.corner(0, k) - face.point) > 0.0);
-        }
-      }
-    }
-}
-
-TEST_CASE("Segments of a tetrahedron have its total volume", "[cat]") {
+TEST_CASE("Faces separate the corners on their sides, and segments have the total volume", "[cat]") {
   // Shares of the segments, from the definition: integrals over barycentric coordinates.
   const std::map<std::vector<int>, std::map<int, double>> shares = {
       {{3, 1}, {{3, 7.0 / 8.0}, {1, 1.0 / 8.0}}},
@@ -178,11 +153,17 @@ TEST_CASE("Segments of a tetrahedron have its total volume", "[cat]") {
       const Tetrahedra t = single(randomCorners(random, kind), labels);
       ChordalFaces split;
       splitChordally(t, WallFaces::midGap, split);
+      for (const ChordalFace& face : split.faces) {
+        CHECK(face.normal.norm() == Approx(1.0).epsilon(1e-12));
+        for (int k = 0; k < 4; ++k)
+          if (signOf(face, k) != 0)
+            CHECK(signOf(face, k) * face.normal.dot(t.corner(0, k) - face.point) < 0.0);
+      }
       const double tolerance =
           kind == 0 ? 1e-12 : 1e-8;  // others lose digits, as all flat and distant bodies do
       double sum = 0.0;
       for (const auto& [label, volume] : segmentVolumes(t, split, 0)) {
-        const int corners = static_cast<int>(std::count(labels.begin(), labels.end(), label));
+        const int corners = int(std::count(labels.begin(), labels.end(), label));
         CHECK(volume == Approx(shares.at(counts).at(corners) * volumeOf(t, 0)).epsilon(tolerance));
         sum += volume;
       }
@@ -244,7 +225,7 @@ TEST_CASE("Segments fill the free space of real tetrahedra", "[cat]") {
       splitChordally(t, wall, split);
       double sum = 0.0;
       for (std::size_t i = 0; i < t.tetrahedra.size(); ++i) {
-        const int n = static_cast<int>(i);
+        const int n = int(i);
         const std::map<int, double> volumes = segmentVolumes(t, split, n);
         double own = 0.0;
         for (const auto& [label, volume] : volumes)
@@ -306,7 +287,6 @@ TEST_CASE("Segments of adjacent tetrahedra match on their common triangle", "[ca
   }
 }
 
-using namespace packmesh;
 using namespace packmesh::test;
 
 namespace {
@@ -357,6 +337,11 @@ double areaOf(const Corners& c) {
   return 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
 }
 
+bool isInside(const PlacedMesh& object, const TriangleMesh& cell) {
+  return relate(*object.mesh, object.placement, MeshHierarchy(cell), Placement()).relation ==
+         MeshRelation::firstInside;
+}
+
 std::vector<std::pair<std::string, CatScene>> scenes() {
   return {{"four cubes", fourCubes()},
           {"spheres and cubes", spheresAndCubes()},
@@ -376,8 +361,8 @@ std::vector<TriangleMesh> allParts(const CatCells& cells) {
 std::set<std::pair<int, int>> neighborsOf(const std::vector<TriangleMesh>& cells) {
   std::map<Corners, int> owner;
   std::set<std::pair<int, int>> pairs;
-  for (int i = 0; i < static_cast<int>(cells.size()); ++i)
-    for (int t = 0; t < static_cast<int>(cells[i].triangles.size()); ++t) {
+  for (int i = 0; i < int(cells.size()); ++i)
+    for (int t = 0; t < int(cells[i].triangles.size()); ++t) {
       const auto other = owner.find(facetOf(cells[i], t, true));
       if (other != owner.end()) pairs.insert({other->second, i});
       owner[facetOf(cells[i], t, false)] = i;
@@ -387,7 +372,8 @@ std::set<std::pair<int, int>> neighborsOf(const std::vector<TriangleMesh>& cells
 
 }  // namespace
 
-TEST_CASE("CAT cells are closed surfaces around their objects", "[cat]") {
+TEST_CASE("CAT cells are closed surfaces around their objects, fill the container and share their faces",
+          "[cat]") {
   for (const auto& [name, scene] : scenes()) {
     const Tetrahedra t = tetrahedralise(scene.input);
     for (const WallFaces wall : {WallFaces::atWall, WallFaces::midGap}) {
@@ -396,50 +382,21 @@ TEST_CASE("CAT cells are closed surfaces around their objects", "[cat]") {
       REQUIRE(cells.cells.size() == scene.input.objects.size());
       for (std::size_t i = 0; i < cells.cells.size(); ++i) {
         CHECK(faultOf(cells.cells[i]) == "");
-        const PlacedMesh& object = scene.input.objects[i];
-        const MeshRelation relation =
-            relate(*object.mesh, object.placement, MeshHierarchy(cells.cells[i]), Placement()).relation;
-        CHECK(relation == MeshRelation::firstInside);
+        CHECK(isInside(scene.input.objects[i], cells.cells[i]));
       }
       CHECK(cells.wallLayer.triangles.empty() == (wall == WallFaces::atWall));
       if (wall == WallFaces::midGap) CHECK(faultOf(cells.wallLayer) == "");
-    }
-  }
-}
-
-TEST_CASE("CAT cells away from the wall do not intersect themselves", "[cat]") {
-  for (const CatScene& scene : {spheresAndCubes(), mixture()})
-    for (TriangleMesh& cell : catCells(tetrahedralise(scene.input), WallFaces::midGap).cells)
-      CHECK(repairClosed(cell, "cell").empty());
-}
-
-TEST_CASE("CAT cells fill the container", "[cat]") {
-  for (const auto& [name, scene] : scenes()) {
-    const Tetrahedra t = tetrahedralise(scene.input);
-    for (const WallFaces wall : {WallFaces::atWall, WallFaces::midGap}) {
-      INFO(name << (wall == WallFaces::atWall ? ", at the wall" : ", mid-gap"));
-      double sum = 0.0;
-      for (const TriangleMesh& part : allParts(catCells(t, wall))) {
-        CHECK(signedVolume(part) > 0.0);
-        sum += signedVolume(part);
-      }
-      CHECK(sum == Approx(scene.containerVolume()).epsilon(1e-9));
-    }
-  }
-}
-
-TEST_CASE("CAT cells share their faces, and every part of the container's surface belongs to a cell",
-          "[cat]") {
-  for (const auto& [name, scene] : scenes()) {
-    const Tetrahedra t = tetrahedralise(scene.input);
-    for (const WallFaces wall : {WallFaces::atWall, WallFaces::midGap}) {
-      INFO(name << (wall == WallFaces::atWall ? ", at the wall" : ", mid-gap"));
+      double volume = 0.0;
       std::map<Corners, int> sides;  // a facet counts +1, the same one turned round -1
-      for (const TriangleMesh& part : allParts(catCells(t, wall)))
-        for (int n = 0; n < static_cast<int>(part.triangles.size()); ++n) {
+      for (const TriangleMesh& part : allParts(cells)) {
+        CHECK(signedVolume(part) > 0.0);
+        volume += signedVolume(part);
+        for (int n = 0; n < int(part.triangles.size()); ++n) {
           const Corners one = facetOf(part, n, false), other = facetOf(part, n, true);
           sides[std::min(one, other)] += one < other ? 1 : -1;
         }
+      }
+      CHECK(volume == Approx(scene.containerVolume()).epsilon(1e-9));
       double outer = 0.0;
       for (const auto& [facet, count] : sides) {
         CHECK(std::abs(count) <= 1);
@@ -448,6 +405,12 @@ TEST_CASE("CAT cells share their faces, and every part of the container's surfac
       CHECK(outer == Approx(surfaceArea(scene.input.container->mesh())).epsilon(1e-9));
     }
   }
+}
+
+TEST_CASE("CAT cells away from the wall do not intersect themselves", "[cat]") {
+  for (const CatScene& scene : {spheresAndCubes(), mixture()})
+    for (TriangleMesh& cell : catCells(tetrahedralise(scene.input), WallFaces::midGap).cells)
+      CHECK(repairClosed(cell, "cell").empty());
 }
 
 TEST_CASE("Every point of the container is in exactly one CAT cell", "[cat][long]") {
@@ -471,34 +434,16 @@ TEST_CASE("Every point of the container is in exactly one CAT cell", "[cat][long
   }
 }
 
-TEST_CASE("Four cubes in a flat cuboid have CAT cells of equal volume", "[cat]") {
-  const CatScene scene = fourCubes();
-  const CatCells cells = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  const auto neighbors = neighborsOf(cells.cells);
+TEST_CASE("Cubes and spheres have the expected neighbours, and equal ones cells of equal volume", "[cat]") {
+  const CatCells four = catCells(tetrahedralise(fourCubes().input), WallFaces::atWall);
   for (const std::pair<int, int>& side : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 3), std::pair(2, 3)})
-    CHECK(neighbors.count(side) == 1);
-  for (const TriangleMesh& cell : cells.cells) CHECK(signedVolume(cell) == Approx(4.0).epsilon(0.05));
-}
-
-TEST_CASE("Four spheres and two cubes in a sphere have the expected neighbours", "[cat]") {
-  const CatScene scene = spheresAndCubes();
-  const CatCells cells = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  const auto neighbors = neighborsOf(cells.cells);
+    CHECK(neighborsOf(four.cells).count(side) == 1);
+  for (const TriangleMesh& cell : four.cells) CHECK(signedVolume(cell) == Approx(4.0).epsilon(0.05));
   // Objects 2k and 2k+1 are opposite each other; all others are neighbours.
+  const auto six = neighborsOf(catCells(tetrahedralise(spheresAndCubes().input), WallFaces::atWall).cells);
   for (int i = 0; i < 6; ++i)
     for (int j = i + 1; j < 6; ++j)
-      if (i / 2 != j / 2) CHECK(neighbors.count({i, j}) == 1);
-}
-
-TEST_CASE("CAT cells do not depend on the order of the objects", "[cat]") {
-  CatScene scene = mixture();
-  const CatCells before = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  std::reverse(scene.input.objects.begin(), scene.input.objects.end());
-  const CatCells after = catCells(tetrahedralise(scene.input), WallFaces::atWall);
-  for (std::size_t i = 0; i < before.cells.size(); ++i) {
-    CHECK(before.cells[i].vertices == after.cells[before.cells.size() - 1 - i].vertices);
-    CHECK(before.cells[i].triangles == after.cells[before.cells.size() - 1 - i].triangles);
-  }
+      if (i / 2 != j / 2) CHECK(six.count({i, j}) == 1);
 }
 
 TEST_CASE("CAT cells fill a periodic box", "[cat]") {
@@ -509,9 +454,7 @@ TEST_CASE("CAT cells fill a periodic box", "[cat]") {
     for (std::size_t i = 0; i < cells.cells.size(); ++i) {
       CHECK(faultOf(cells.cells[i]) == "");
       sum += signedVolume(cells.cells[i]);
-      const PlacedMesh& object = scene.input.objects[i];
-      CHECK(relate(*object.mesh, object.placement, MeshHierarchy(cells.cells[i]), Placement()).relation ==
-            MeshRelation::firstInside);
+      CHECK(isInside(scene.input.objects[i], cells.cells[i]));
     }
     CHECK(sum == Approx(scene.input.period.prod()).epsilon(1e-9));
   }

@@ -1,78 +1,38 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_engine.h"
 
-#include "packMesh/certificate/certifier.h"
-#include "packMesh/container/vessel.h"
 #include "tests/support/bodies.h"
-#include "tests/support/cat.h"
 #include "tests/support/catch.h"
-#include "tests/support/packings.h"
+#include "tests/support/certified.h"
 
 using namespace packmesh;
 
 namespace {
 
-PackingProblem grown(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed = 1) {
-  PackingProblem problem = test::redCellProblem(std::move(container), fraction, seed);
+PackingProblem grown(std::shared_ptr<const Container> container, double fraction) {
+  PackingProblem problem = test::redCellProblem(std::move(container), fraction);
   test::useCat(problem);
   return problem;
 }
 
-/// Certified anew, at full size, in the order of the species.
-void checkAll(const PackingProblem& problem, const PackingResult& result) {
-  std::vector<const Shape*> shapes;
-  std::vector<const Wall*> walls;
-  std::int64_t count = 0;
-  for (const Species& species : problem.physics.species) {
-    shapes.push_back(problem.physics.shapes[species.shape].get());
-    walls.push_back(problem.physics.container->wall());
-    count += species.count;
-  }
-  REQUIRE(result.outcome == Outcome::certified);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) == count);
-  REQUIRE(result.poses.size() == result.cells.size());
-  for (const Pose& pose : result.poses) REQUIRE(pose.scale == 1.0);
-  for (std::size_t i = 1; i < result.cells.size(); ++i)
-    REQUIRE(result.cells[i - 1].species <= result.cells[i].species);
-  const Certificate again =
-      certify({shapes, walls, problem.physics.container.get(), &result.cells, problem.physics.clearance});
-  REQUIRE(again.clean());
-  REQUIRE(result.certificate.clean());
-  REQUIRE(again.minimumGap == result.certificate.minimumGap);
-}
-
-/// A cylinder as somebody's mesh.
-TriangleMesh tubeMesh() {
-  return sample::straightTube(0.0, 24.0, 9.0, 9, 48);
-}
-
 }  // namespace
 
-TEST_CASE("Method cat packs periodic boxes, cylinders and spheres") {
+TEST_CASE("Method cat packs boxes, cylinders, spheres and vessels, periodic and closed") {
+  const TriangleMesh tube = sample::straightTube(0.0, 24.0, 9.0, 9, 48);
   const std::vector<std::shared_ptr<const Container>> containers = {
-      test::periodicCube(16.0), makeBox(Box{Vec3::Zero(), Vec3(14.0, 18.0, 16.0)}, {false, true, false}),
-      makeCylinder(Vec3(12.0, 0.0, 0.0), 0, 9.0, 24.0, true), makeSphere(Vec3::Zero(), 11.0)};
+      test::periodicCube(16.0),
+      makeBox(Box{Vec3::Zero(), Vec3(14.0, 18.0, 16.0)}, {false, true, false}),
+      makeCylinder(Vec3(12.0, 0.0, 0.0), 0, 9.0, 24.0, true),
+      makeSphere(Vec3::Zero(), 11.0),
+      makeVessel(tube, VesselEnds{0, 0.0, 24.0, true}, 0.25),
+      makeVessel(tube, VesselEnds{0, 0.0, 24.0, false}, 0.25)};
   for (const auto& container : containers) {
     CAPTURE(container->describe());
     const PackingProblem problem = grown(container, 0.35);
-    const PackingResult result = pack(problem);
-    checkAll(problem, result);
+    const PackingResult result = test::packAll(problem);
     REQUIRE(result.statistics.engine);
     CHECK(result.statistics.engine->iterations() > 0);
     CHECK(result.statistics.engineSeconds > 0.0);
-  }
-}
-
-TEST_CASE("Method cat packs periodic and closed vessels") {
-  for (const bool periodic : {true, false}) {
-    CAPTURE(periodic);
-    VesselEnds ends;
-    ends.axis = 0;
-    ends.lo = 0.0;
-    ends.hi = 24.0;
-    ends.periodic = periodic;
-    const PackingProblem problem = grown(makeVessel(tubeMesh(), ends, 0.25), 0.30);
-    checkAll(problem, pack(problem));
   }
 }
 
@@ -81,19 +41,12 @@ TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
   problem.physics.add("PLT", test::hemocellShape("PLT"), 12);
   problem.physics.add("WBC", test::hemocellShape("WBC"), 1);
   problem.physics.clearance = 0.1;
-  const PackingResult result = pack(problem);
-  checkAll(problem, result);
+  const PackingResult result = test::packAll(problem);
   CHECK(result.certificate.minimumGap >= 0.1);
   problem.physics.clearance = 0.0;
   problem.physics.rotate = false;
-  const PackingResult still = pack(problem);
-  checkAll(problem, still);
+  const PackingResult still = test::packAll(problem);
   for (const Pose& pose : still.poses) CHECK(pose.orientation.coeffs() == Quaternion::Identity().coeffs());
-}
-
-TEST_CASE("Method cat gives the same bits for the same problem") {
-  const PackingProblem problem = grown(test::periodicCube(14.0), 0.35, 3);
-  CHECK(test::sameBits(pack(problem), pack(problem)));
 }
 
 TEST_CASE("Method cat packs with planes from tetrahedra") {
@@ -103,8 +56,7 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
     CAPTURE(container->describe());
     PackingProblem problem = grown(container, fraction);
     test::useCat(problem).planeSource = PlaneSource::catFaces;
-    const PackingResult result = pack(problem);
-    checkAll(problem, result);
+    const PackingResult result = test::packAll(problem);
     const std::optional<TetrahedraSums>& sums = test::catStatistics(result).tetrahedra;
     REQUIRE(sums);
     CHECK(sums->runs > 0);
@@ -122,8 +74,7 @@ TEST_CASE("Method cat tests cells as they are written") {
       placement.translation[k] = 0.01 * std::round(100.0 * placement.translation[k]);
     return placement;
   };
-  const PackingResult result = pack(problem);
-  checkAll(problem, result);
+  const PackingResult result = test::packAll(problem);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     CHECK(result.cells[i].placement.translation == problem.physics.written(result.poses[i]).translation);
 }
@@ -137,7 +88,7 @@ TEST_CASE("Method cat grows single objects into thin copies of themselves") {
     problem.physics.add("object", std::make_shared<const Shape>(mesh), 1);
     problem.physics.container = makeVessel(around, {}, 0.2);
     test::useCat(problem);
-    checkAll(problem, pack(problem));
+    test::packAll(problem);
   }
 }
 
@@ -149,9 +100,9 @@ TEST_CASE("Method cat gives the densest certified packing of full-size cells whe
   growth.attempts = 1;
   const PackingResult result = pack(problem);
   CHECK(result.outcome == Outcome::outOfReach);
-  CHECK(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
+  CHECK(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
   CHECK(result.certificate.clean());
-  CHECK(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
+  CHECK(result.certificate.cells == std::int64_t(result.cells.size()));
   for (const Pose& pose : result.poses) CHECK(pose.scale == 1.0);
 }
 

@@ -4,8 +4,6 @@
 #include <sys/wait.h>
 
 #include <cerrno>
-#include <fstream>
-#include <limits>
 
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/growth.h"
@@ -26,12 +24,8 @@ struct Shrunk {
   std::vector<Body> state;
 
   Shrunk(const std::shared_ptr<const Container>& container, double fraction, double scale)
-      : problem(test::redCellProblem(container, fraction)) {
-    for (Pose pose : pack(problem).poses) {
-      pose.scale = scale;
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
-    }
-  }
+      : problem(test::redCellProblem(container, fraction)),
+        state(test::bodiesAt(pack(problem).poses, scale)) {}
   PlaneConstraints planes(PlaneFunction&& planeFunction, double reach) const {
     return test::planesOf(planeFunction, problem.physics, state, reach);
   }
@@ -70,7 +64,7 @@ struct SideBySide {
 
   SideBySide() {
     packing.execution.threads = Threads(2);
-    const auto cells = static_cast<std::int64_t>(packing.state.size());
+    const auto cells = std::int64_t(packing.state.size());
     for (std::size_t half = 0; half < 2; ++half) {
       requests.push_back({surroundings, {}, 1.0, 0.5, half});
       for (std::int64_t i = half == 0 ? 0 : cells / 2; i < (half == 0 ? cells / 2 : cells); ++i)
@@ -146,7 +140,7 @@ TEST_CASE("Both kinds of planes leave a cell approximately the room of its CAT c
     CHECK(faces[i] > chords[i] - 0.16);
     sum += faces[i] - chords[i];
   }
-  CHECK(std::abs(sum) / static_cast<double>(chords.size()) < 0.09);
+  CHECK(std::abs(sum) / double(chords.size()) < 0.09);
 }
 
 TEST_CASE("If TetGen fails, the planes are those of all nearby cells") {

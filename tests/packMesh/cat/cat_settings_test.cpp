@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_settings.h"
 
-#include <limits>
-
 #include "packMesh/core/error.h"
 #include "tests/support/catch.h"
 
@@ -14,12 +12,7 @@ template <class Change>
 std::string refusal(Change&& change) {
   GrowthSettings settings;
   change(settings);
-  try {
-    validate(settings);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::messageOf<InputError>([&] { validate(settings); });
 }
 
 }  // namespace

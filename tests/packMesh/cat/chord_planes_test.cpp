@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/chord_planes.h"
 
-#include <random>
-
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
@@ -32,10 +29,6 @@ struct Arrangement {
   }
 };
 
-std::unique_ptr<Container> cubeOf(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
-
 /// Planes are in single precision: this is more than what rounding changes [µm].
 constexpr double rounding = 1e-5;
 
@@ -51,7 +44,7 @@ TEST_CASE("Every vertex is behind its planes") {
     for (const bool periodic : {true, false}) {
       CAPTURE(name, periodic);
       const double edge = 9.0 * shape->radius();
-      const Arrangement a(shape, cubeOf(edge, periodic), 12, 0.9);
+      const Arrangement a(shape, test::cubicBox(edge, periodic), 12, 0.9);
       const PlaneConstraints planes = a.planes(shape->radius());
       std::size_t count = 0;
       for (std::size_t i = 0; i < planes.size(); ++i)
@@ -67,8 +60,7 @@ TEST_CASE("Every vertex is behind its planes") {
 
 TEST_CASE("Planes of two cells lie in the middle of the gap between them") {
   // Two spheres on a line: all planes are tangent to a surface between them, the nearest one across the line.
-  const auto sphere = test::sphereShape(1.0);
-  Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(20.0, true), 2, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
   a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});
   const PlaneConstraints planes = a.planes(0.5);
@@ -84,8 +76,7 @@ TEST_CASE("Planes of two cells lie in the middle of the gap between them") {
 }
 
 TEST_CASE("Images are neighbours") {
-  const auto sphere = test::sphereShape(1.0);
-  Arrangement a(sphere, cubeOf(10.0, true), 2, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(10.0, true), 2, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(0.5, 5.0, 5.0)});
   a.state[1].setPose({1.0, Quaternion::Identity(), Vec3(8.0, 5.0, 5.0)});
   const PlaneConstraints planes = a.planes(0.5);
@@ -100,7 +91,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
   // Cells pushed as far as their planes allow, all at once, in random directions.
   for (const auto& [name, shape] : test::allShapes()) {
     CAPTURE(name);
-    const Arrangement a(shape, cubeOf(4.2 * shape->radius(), true), 16, 0.55);
+    const Arrangement a(shape, test::cubicBox(4.2 * shape->radius(), true), 16, 0.55);
     const double reach = 0.4 * shape->radius();
     const PlaneConstraints planes = a.planes(reach);
     int overlaps = 0, held = 0;
@@ -119,7 +110,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
         pose.position += std::max(0.0, far - 0.0025) * direction;
         cells.push_back({0, 0, pose.placement()});
       }
-      overlaps += static_cast<int>(findOverlaps(certificateInputOf(a.physics, cells)).size());
+      overlaps += int(findOverlaps(certificateInputOf(a.physics, cells)).size());
     }
     CHECK(overlaps == 0);
     CHECK(held > 0);
@@ -127,8 +118,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
 }
 
 TEST_CASE("Walls have several planes along edges and inward curves") {
-  const auto sphere = test::sphereShape(1.0);
-  Arrangement corner(sphere, cubeOf(10.0, false), 1, 0.5);
+  Arrangement corner(test::sphereShape(1.0), test::cubicBox(10.0, false), 1, 0.5);
   corner.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.2, 1.2, 1.2)});
   const PlaneConstraints planes = corner.planes(1.0);
   bool seen[3] = {false, false, false};
@@ -147,7 +137,7 @@ TEST_CASE("Walls have several planes along edges and inward curves") {
   for (const PlaneConstraint& plane : planes[0]) own += plane.vertex == lowest->vertex;
   CHECK(own >= 2);
 
-  Arrangement inside(sphere, makeSphere(Vec3::Zero(), 4.0), 1, 0.5);
+  Arrangement inside(test::sphereShape(1.0), makeSphere(Vec3::Zero(), 4.0), 1, 0.5);
   inside.state[0].setPose({1.0, Quaternion::Identity(), Vec3(2.5, 0.0, 0.0)});
   const PlaneConstraints tangent = inside.planes(0.5);
   CHECK(!tangent[0].empty());
@@ -159,8 +149,7 @@ TEST_CASE("Walls have several planes along edges and inward curves") {
 }
 
 TEST_CASE("Clearance to the wall moves its planes inwards") {
-  const auto sphere = test::sphereShape(1.0);
-  Arrangement a(sphere, cubeOf(10.0, false), 1, 0.5);
+  Arrangement a(test::sphereShape(1.0), test::cubicBox(10.0, false), 1, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.5, 5.0, 5.0)});
   a.physics.wallClearance = 0.25;
   const PlaneConstraints planes = a.planes(1.0);
@@ -170,7 +159,7 @@ TEST_CASE("Clearance to the wall moves its planes inwards") {
 
 TEST_CASE("Chords reach the requested distance, with fewer vertices at lower detail") {
   const auto cell = test::redCellShape();
-  const Arrangement a(cell, cubeOf(25.0, true), 20, 0.5);
+  const Arrangement a(cell, test::cubicBox(25.0, true), 20, 0.5);
   ChordPlanes chords(a.physics);
   const auto count = [&](double reach, double detail) {
     std::size_t sum = 0;
@@ -180,15 +169,14 @@ TEST_CASE("Chords reach the requested distance, with fewer vertices at lower det
   CHECK(count(0.0, 1.0) == 0);
   CHECK(count(1.0, 1.0) > 0);
   CHECK(count(2.0, 1.0) > 2 * count(1.0, 1.0));
-  const double ratio = static_cast<double>(count(2.0, 1.0)) / static_cast<double>(count(2.0, 0.25));
+  const double ratio = double(count(2.0, 1.0)) / double(count(2.0, 0.25));
   CHECK(ratio > 3.0);
   CHECK(ratio < 5.0);
 }
 
 TEST_CASE("Frozen cells have no planes and leave the whole gap to others") {
-  const auto sphere = test::sphereShape(1.0);
   for (const double clearance : {0.0, 0.1}) {
-    Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
+    Arrangement a(test::sphereShape(1.0), test::cubicBox(20.0, true), 2, 0.5);
     a.physics.clearance = clearance;
     a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
     a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});

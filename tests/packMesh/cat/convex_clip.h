@@ -48,7 +48,7 @@ struct ConvexBody {
     if (rim.size() >= 3) {
       // All corners around their middle, by angle.
       Vec3 middle = Vec3::Zero();
-      for (const Vec3& p : rim) middle += p / static_cast<double>(rim.size());
+      for (const Vec3& p : rim) middle += p / double(rim.size());
       const Vec3 u = normal.unitOrthogonal(), v = normal.normalized().cross(u);
       std::sort(rim.begin(), rim.end(), [&](const Vec3& a, const Vec3& b) {
         return std::atan2((a - middle).dot(v), (a - middle).dot(u)) <

@@ -33,10 +33,10 @@ struct LongBox {
       const int species = site % 7 == 1 ? 1 : site % 7 == 4 ? 2 : 0;
       const double scale = species == 2 ? 0.4 : site % 3 == 0 ? 0.5 : 1.0;
       // Slightly irregular: TetGen takes long for points on common spheres.
-      const auto u = uniform4(1, RandomStream::sample, static_cast<std::uint64_t>(site), 0);
+      const auto u = uniform4(1, RandomStream::sample, std::uint64_t(site), 0);
       const Vec3 at(site / (across * across), site / across % across, site % across);
       const Vec3 aside(u[0] - 0.5, u[1] - 0.5, u[2] - 0.5);
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), species, species,
+      state.push_back(makeBody(std::int64_t(state.size()), species, species,
                                Pose{scale, uniformRotation(u[1], u[2], u[3]),
                                     spacing * (at + Vec3::Constant(0.5)) + 0.1 * aside}));
     }

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <numeric>
-#include <random>
-
-#include "packMesh/cat/cat_face_planes.h"
 #include "packMesh/cat/escape.h"
+#include "packMesh/cat/cat_face_planes.h"
 #include "packMesh/cat/rooms.h"
 #include "packMesh/certificate/certifier.h"
 #include "tests/packMesh/cat/escape_scene.h"
-#include "tests/support/bodies.h"
-#include "tests/support/cat.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 
@@ -57,8 +51,6 @@ TEST_CASE("The assignment of an empty matrix is empty") {
   CHECK(bestAssignment({}).empty());
 }
 
-using namespace packmesh;
-
 namespace {
 
 /// Bodies in a lumen.
@@ -72,8 +64,8 @@ struct EscapeScene {
   EscapeScene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
       : lumen(std::move(in)), physics(test::physicsOf(of, lumen)) {}
   void add(int species, double scale, const Vec3& at) {
-    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), species, species,
-                             Pose{scale, Quaternion::Identity(), at}));
+    state.push_back(
+        makeBody(std::int64_t(state.size()), species, species, Pose{scale, Quaternion::Identity(), at}));
   }
   std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
     const PlaneFunctionFactory factory = [this] {
@@ -237,7 +229,7 @@ TEST_CASE("Escapes in several blocks gain coverage in every phase and share the 
   // No more than the reserve has, and all cells are numbered without gaps.
   std::vector<std::int64_t> counts(3, 0);
   for (std::size_t i = 0; i < state.size(); ++i) {
-    CHECK(state[i].id == static_cast<std::int64_t>(i));
+    CHECK(state[i].id == std::int64_t(i));
     ++counts[state[i].species];
   }
   for (const Body& cell : box.state) --counts[cell.species];

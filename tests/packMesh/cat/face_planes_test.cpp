@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_face_planes.h"
 
-#include <algorithm>
-#include <set>
-
 #include "packMesh/cat/cat_cells.h"
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/mesh/mesh_intersection.h"

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/growing_cells.h"
 
-#include <algorithm>
-#include <set>
-
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"

@@ -4,13 +4,11 @@
 #include "packMesh/cat/chord_planes.h"
 #include "packMesh/cat/step_halving.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
-#include "tests/support/shapes.h"
 
 using namespace packmesh;
 
@@ -69,14 +67,6 @@ TEST_CASE("Red cells grow in a periodic box through valid states") {
   CHECK(run.statistics.planes > 0);
   CHECK(run.statistics.pivots > 0);
   for (const Body& cell : run.state) CHECK(cell.scale == 1.0);
-}
-
-TEST_CASE("Five red cells grow in a sphere through valid states") {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Run run({test::redCellShape()}, sphereFor(*test::redCellShape(), 5, 0.30), {5});
-    run.physics.seed = seed;
-    CHECK(run());
-  }
 }
 
 TEST_CASE("Any closed mesh grows in a sphere") {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/levels_of_detail.h"
 
-#include <map>
-#include <set>
-
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/support/catch.h"

@@ -4,8 +4,6 @@
 
 #include <glpk.h>
 
-#include <random>
-
 using packmesh::LinearProgram;
 
 namespace {
@@ -56,7 +54,7 @@ Verdict askGlpk(const Instance& instance) {
     const bool fixed = instance.lower[j] == instance.upper[j];
     glp_set_col_bnds(p, j + 1, fixed ? GLP_FX : GLP_DB, instance.lower[j], instance.upper[j]);
   }
-  const int rows = static_cast<int>(instance.rows.size());
+  const int rows = int(instance.rows.size());
   if (rows > 0) glp_add_rows(p, rows);
   for (int i = 0; i < rows; ++i) {
     int index[size + 1];
@@ -105,7 +103,7 @@ Vector randomVector(std::mt19937& random) {
 
 Vector smallIntegers(std::mt19937& random) {
   Vector v;
-  for (int j = 0; j < size; ++j) v[j] = static_cast<int>(random() % 5) - 2;
+  for (int j = 0; j < size; ++j) v[j] = int(random() % 5) - 2;
   return v;
 }
 
@@ -134,12 +132,12 @@ TEST_CASE("Random linear programmes, feasible or not, agree with GLPK") {
   for (int n = 0; n < 3000; ++n) {
     Instance instance;
     instance.objective = randomVector(random);
-    const int rows = static_cast<int>(random() % 120);
+    const int rows = int(random() % 120);
     // The nearer the right-hand sides to zero and below, the rarer a feasible point.
     const double shift = std::uniform_real_distribution<double>(-0.6, 1.0)(random);
     for (int i = 0; i < rows; ++i)
       instance.add(randomVector(random), shift + std::uniform_real_distribution<double>(0.0, 1.0)(random));
-    ++seen[static_cast<int>(agreed(instance))];
+    ++seen[int(agreed(instance))];
   }
   CHECK(seen[0] > 500);
   CHECK(seen[1] > 500);
@@ -157,7 +155,7 @@ TEST_CASE("Degenerate linear programmes agree with GLPK") {
     instance.lower.setConstant(-2.0);
     instance.upper.setConstant(2.0);
     if (n % 5 == 0) instance.lower[n % size] = instance.upper[n % size] = vertex[n % size];
-    const int rows = static_cast<int>(random() % 60);
+    const int rows = int(random() % 60);
     for (int i = 0; i < rows; ++i) {
       Vector a = smallIntegers(random);
       if (a.isZero(0.0)) a[i % size] = 1.0;
@@ -165,7 +163,7 @@ TEST_CASE("Degenerate linear programmes agree with GLPK") {
       instance.add(a, a.dot(vertex) + slack);
       if (i % 3 == 0) instance.add(2.0 * a, 2.0 * (a.dot(vertex) + slack));
     }
-    ++seen[static_cast<int>(agreed(instance))];
+    ++seen[int(agreed(instance))];
   }
   CHECK(seen[0] > 500);
   CHECK(seen[1] > 200);

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/cat/cat_face_planes.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <set>
-
-#include "packMesh/relaxation/body.h"
-#include "tests/packMesh/mesh/test_meshes.h"
-#include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"
 
@@ -29,7 +20,7 @@ struct Row {
     for (const double height : heights) {
       Pose pose;
       pose.position = {0.5 * boxEdge, height, 0.5 * boxEdge};
-      cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), 0, 0, pose));
+      cells.push_back(makeBody(std::int64_t(cells.size()), 0, 0, pose));
     }
   }
   CellSurroundings surroundings(double reach) const {
@@ -45,7 +36,7 @@ struct Row {
 };
 
 std::size_t countOf(const std::vector<char>& points) {
-  return static_cast<std::size_t>(std::count(points.begin(), points.end(), 1));
+  return std::size_t(std::count(points.begin(), points.end(), 1));
 }
 
 }  // namespace
@@ -110,7 +101,7 @@ TEST_CASE("Vertices of a level of detail are points up to a gap that is wider fo
     CHECK(mesh.hierarchy.mesh().vertices.size() == levels.mesh(level).vertices.size());
     std::map<double, std::size_t> counts;
     for (const double within : mesh.within) ++counts[within];
-    CHECK(counts.size() == static_cast<std::size_t>(3 - level));
+    CHECK(counts.size() == std::size_t(3 - level));
     CHECK(counts[std::numeric_limits<double>::infinity()] == levels.mesh(2).vertices.size());
   }
   CHECK(meshes[0]->within.back() < 0.2);

@@ -17,10 +17,7 @@ struct Packed {
   TetrahedraSums tetrahedra;
 
   Packed(const std::shared_ptr<const Container>& container, double fraction)
-      : problem(test::redCellProblem(container, fraction)) {
-    for (const Pose& pose : pack(problem).poses)
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, 0, pose));
-  }
+      : problem(test::redCellProblem(container, fraction)), state(test::bodiesAt(pack(problem).poses)) {}
   PlaneFunctionFactory factory(PlaneSource planeSource = PlaneSource::chords) {
     return [this, planeSource] {
       return makePlaneFunction(planeSource, problem.physics, execution, tetrahedra);

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <random>
-
 #include "packMesh/cat/step_halving.h"
-#include "packMesh/container/primitives.h"
 #include "tests/support/catch.h"
 #include "tests/support/growing.h"
 #include "tests/support/physics.h"
@@ -20,14 +17,9 @@ struct Spheres {
   Spheres(std::shared_ptr<const Container> in, const std::vector<Vec3>& centers)
       : physics(test::physicsOf({shape}, std::move(in))) {
     for (const Vec3& center : centers)
-      state.push_back(
-          makeBody(static_cast<std::int64_t>(state.size()), 0, 0, Pose{1.0, Quaternion::Identity(), center}));
+      state.push_back(makeBody(std::int64_t(state.size()), 0, 0, Pose{1.0, Quaternion::Identity(), center}));
   }
 };
-
-std::unique_ptr<Container> roomOf(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
 
 GrowthStep moveBy(const Vec3& translation) {
   GrowthStep step;
@@ -49,7 +41,7 @@ bool sameBits(const Pose& a, const Pose& b) {
 }  // namespace
 
 TEST_CASE("Steps that keep cells apart are applied entirely") {
-  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 2.5);
@@ -60,7 +52,7 @@ TEST_CASE("Steps that keep cells apart are applied entirely") {
 }
 
 TEST_CASE("Only the steps of an offending pair are halved") {
-  Spheres s(roomOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
+  Spheres s(test::cubicBox(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))},
                   s.state, sums);
@@ -72,7 +64,7 @@ TEST_CASE("Only the steps of an offending pair are halved") {
 }
 
 TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the bit") {
-  Spheres s(roomOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
   const std::vector<Body> before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
   turn.rotation = Vec3(0.1, 0.2, 0.3);
@@ -85,7 +77,7 @@ TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the
 }
 
 TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are reverted") {
-  Spheres s(roomOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
+  Spheres s(test::cubicBox(10.0, false), {Vec3(2.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.physics, {moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].position.x() == 1.25);
@@ -96,7 +88,7 @@ TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are
 }
 
 TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
-  Spheres s(roomOf(10.0, true),
+  Spheres s(test::cubicBox(10.0, true),
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.physics.clearance = 0.3;
   StepHalvingSums sums;
@@ -110,7 +102,7 @@ TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
 TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const Physics physics = test::physicsOf({test::redCellShape()}, roomOf(14.0, true));
+  const Physics physics = test::physicsOf({test::redCellShape()}, test::cubicBox(14.0, true));
   std::vector<Body> state = test::seeded(physics, {8}, 0.2);
   StepHalvingSums sums;
   for (int round = 0; round < 40; ++round) {
@@ -129,8 +121,6 @@ TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   CHECK(sums.violatingPairs > 20);
 }
 
-using namespace packmesh;
-
 namespace {
 
 struct Blood {
@@ -142,15 +132,11 @@ struct Blood {
       : physics(test::physicsOf({platelet, red, white}, std::move(in))) {}
 };
 
-std::shared_ptr<const Container> cubicBox(double edge, bool periodic) {
-  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
-}
-
 }  // namespace
 
 TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, scale and species") {
   const std::vector<std::shared_ptr<const Container>> containers = {
-      cubicBox(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
+      test::cubicBox(30.0, true), makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}),
       makeSphere(Vec3::Zero(), 16.0), makeCylinder(Vec3(20.0, 0.0, 0.0), 0, 12.0, 40.0, true)};
   for (const auto& container : containers)
     for (const double scale : {0.1, 0.4}) {
@@ -160,7 +146,7 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
       const std::vector<Body> cells = test::seeded(blood.physics, {20, 30, 2}, scale);
       REQUIRE(cells.size() == 52);
       for (std::size_t i = 0; i < cells.size(); ++i) {
-        CHECK(cells[i].id == static_cast<std::int64_t>(i));
+        CHECK(cells[i].id == std::int64_t(i));
         CHECK(cells[i].species == (i < 20 ? 0 : i < 50 ? 1 : 2));
         CHECK(cells[i].scale == scale);
       }
@@ -169,7 +155,7 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
 }
 
 TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept") {
-  Blood blood(cubicBox(30.0, true));
+  Blood blood(test::cubicBox(30.0, true));
   const std::vector<Body> first = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   const std::vector<Body> again = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   blood.physics.seed = 2;
@@ -184,16 +170,15 @@ TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept")
 }
 
 TEST_CASE("Seeding fails where cells overlap even at their smallest scale") {
-  Blood blood(cubicBox(12.0, true));
+  Blood blood(test::cubicBox(12.0, true));
   CHECK_THROWS(test::seeded(blood.physics, {0, 0, 40}, 0.9));
 }
 
 TEST_CASE("Existing cells keep their size where it is free, and are halved where they overlap") {
-  Blood blood(cubicBox(30.0, false));
+  Blood blood(test::cubicBox(30.0, false));
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
-    cells.push_back(
-        makeBody(static_cast<std::int64_t>(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
+    cells.push_back(makeBody(std::int64_t(cells.size()), 1, 1, {scale, Quaternion::Identity(), at}));
   };
   add(1.0, Vec3(8.0, 8.0, 8.0));     // alone
   add(1.0, Vec3(20.0, 20.0, 20.0));  // these two overlap
@@ -210,7 +195,7 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
 }
 
 TEST_CASE("Seeding never moves or shrinks fixed cells") {
-  Blood blood(cubicBox(30.0, true));
+  Blood blood(test::cubicBox(30.0, true));
   blood.physics.species[2].freedom.fixed = true;
   std::vector<Body> cells = {makeBody(0, 2, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
                              makeBody(1, 1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),

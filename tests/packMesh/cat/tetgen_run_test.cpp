@@ -2,7 +2,6 @@
 #include "packMesh/cat/tetgen_run.h"
 
 #include <thread>
-#include <vector>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/process.h"
@@ -72,7 +71,7 @@ TEST_CASE("TetGen lists the triangles that intersect others", "[tetgen]") {
   for (const int label : output.subfaceLabels) ++of[label];
   REQUIRE(of[1] > 0);
   REQUIRE(of[7] > 0);
-  REQUIRE(of[1] + of[7] < static_cast<int>(triangles));
+  REQUIRE(of[1] + of[7] < int(triangles));
 }
 
 TEST_CASE("Points in a plane are refused, not an assertion", "[tetgen]") {
@@ -127,7 +126,7 @@ TEST_CASE("packmesh-tetgen refuses what are no surfaces", "[tetgen]") {
   CHECK_THAT(saidOf(damaged + "x"), Contains("no surfaces"));
   for (const std::size_t at : {0, 8, 16, 24}) {  // mark, version, length, number of points
     std::string other = damaged;
-    other[at] = static_cast<char>(other[at] + 1);
+    other[at] = char(other[at] + 1);
     CHECK_THAT(saidOf(other), Contains("no surfaces"));
   }
   TetgenInput wrong = sphere(1);

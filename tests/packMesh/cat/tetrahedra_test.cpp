@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <functional>
-#include <map>
-#include <set>
-
 #include "packMesh/cat/tetrahedra.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
@@ -126,7 +121,7 @@ TEST_CASE("A container with different ends cannot be continued periodically", "[
   TriangleMesh box = scene.input.container->mesh();
   box.vertices.push_back({10.0, 5.0, 0.0});  // in the middle of an edge of one end
   const TriangleMesh whole = box;
-  const int middle = static_cast<int>(box.vertices.size()) - 1;
+  const int middle = int(box.vertices.size()) - 1;
   box.triangles.clear();
   for (const Triangle& t : whole.triangles) {
     bool cut = false;
@@ -154,7 +149,7 @@ TEST_CASE("TetGen is retried with other settings before it counts as failed", "[
     const Tetrahedra t = tetrahedralise(scene.input);
     CHECK(t.attempts == failing + 1);
     double sum = 0.0;
-    for (std::size_t i = 0; i < t.tetrahedra.size(); ++i) sum += volumeOf(t, static_cast<int>(i));
+    for (std::size_t i = 0; i < t.tetrahedra.size(); ++i) sum += volumeOf(t, int(i));
     CHECK(sum == Approx(scene.containerVolume() - scene.objectVolume()).epsilon(1e-9));
     // Points within the volume have labels, too.
     for (const int label : t.labels) CHECK(label >= wallLabel);
@@ -205,27 +200,18 @@ TEST_CASE("A failed assertion in TetGen ends its own process only", "[tetrahedra
   CHECK_NOTHROW(tetrahedralise(scene.input));
 }
 
-using namespace packmesh;
 using namespace packmesh::test;
 
 namespace {
 
-struct NamedScene {
-  std::string name;
-  CatScene scene;
-};
-
 /// Everything that fits into a container.
-std::vector<NamedScene> walledScenes() {
-  std::vector<NamedScene> scenes;
-  scenes.push_back({"four cubes", fourCubes()});
-  scenes.push_back({"spheres and cubes", spheresAndCubes()});
-  scenes.push_back({"mixture", mixture()});
-  scenes.push_back({"red cells", redCellsInSphere(8, 0.45)});
-  scenes.push_back({"small red cells", redCellsInSphere(8, 0.45, 0.2)});
-  CatScene alone = redCellsInSphere(1, 0.2);
-  scenes.push_back({"one red cell", alone});
-  return scenes;
+std::vector<std::pair<std::string, CatScene>> walledScenes() {
+  return {{"four cubes", fourCubes()},
+          {"spheres and cubes", spheresAndCubes()},
+          {"mixture", mixture()},
+          {"red cells", redCellsInSphere(8, 0.45)},
+          {"small red cells", redCellsInSphere(8, 0.45, 0.2)},
+          {"one red cell", redCellsInSphere(1, 0.2)}};
 }
 
 using Face = std::array<int, 3>;
@@ -246,25 +232,19 @@ std::ptrdiff_t steinerPoints(const Tetrahedra& t) {
 
 }  // namespace
 
-TEST_CASE("Tetrahedra fill the space between objects and container", "[tetrahedra]") {
+TEST_CASE(
+    "Tetrahedra fill the space between objects and container; surfaces are unions of their faces, whose "
+    "Steiner points have the label of the surface",
+    "[tetrahedra][long]") {
   for (const auto& [name, scene] : walledScenes()) {
     INFO(name);
     const Tetrahedra t = tetrahedralise(scene.input);
     double sum = 0.0;
-    for (std::size_t i = 0; i < t.tetrahedra.size(); ++i) {
-      const int n = static_cast<int>(i);
+    for (int n = 0; n < int(t.tetrahedra.size()); ++n) {
       REQUIRE(sideOfPlane(t.corner(n, 0), t.corner(n, 1), t.corner(n, 2), t.corner(n, 3)) == 1);
       sum += volumeOf(t, n);
     }
     CHECK(sum == Approx(scene.containerVolume() - scene.objectVolume()).epsilon(1e-9));
-  }
-}
-
-TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points have the label of their surface",
-          "[tetrahedra][long]") {
-  for (const auto& [name, scene] : walledScenes()) {
-    INFO(name);
-    const Tetrahedra t = tetrahedralise(scene.input);
     std::map<Face, int> tetrahedraAt;
     for (const Tetrahedron& corners : t.tetrahedra)
       for (int k = 0; k < 4; ++k) ++tetrahedraAt[faceOf(corners, k)];
@@ -280,8 +260,7 @@ TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points have t
     CHECK(area[wallLabel] == Approx(surfaceArea(scene.input.container->mesh())).epsilon(1e-9));
     for (std::size_t b = 0; b < t.bodies.size(); ++b) {
       const PlacedMesh& object = scene.input.objects[t.bodies[b].object];
-      CHECK(area[static_cast<int>(b)] ==
-            Approx(surfaceArea(placed(object.mesh->mesh(), object.placement))).epsilon(1e-9));
+      CHECK(area[int(b)] == Approx(surfaceArea(placed(object.mesh->mesh(), object.placement))).epsilon(1e-9));
     }
     for (std::size_t p = 0; p < t.points.size(); ++p) {
       if (t.vertices[p] >= 0) continue;
@@ -305,8 +284,8 @@ TEST_CASE("Points are numbered by body and vertex", "[tetrahedra]") {
     const std::vector<Vec3>& vertices = object.mesh->mesh().vertices;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
       REQUIRE(t.points[t.bodies[b].firstPoint + v] == object.placement(vertices[v]));
-      REQUIRE(t.labels[t.bodies[b].firstPoint + v] == static_cast<int>(b));
-      REQUIRE(t.vertices[t.bodies[b].firstPoint + v] == static_cast<int>(v));
+      REQUIRE(t.labels[t.bodies[b].firstPoint + v] == int(b));
+      REQUIRE(t.vertices[t.bodies[b].firstPoint + v] == int(v));
     }
   }
   const std::vector<Vec3>& wall = scene.input.container->mesh().vertices;
@@ -386,7 +365,7 @@ TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra][
        {mixture(), redCellsInSphere(4, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.3), 1, 0.85)}) {
     const Tetrahedra before = tetrahedralise(scene.input);
     std::vector<int> order(scene.input.objects.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = int(i);
     std::shuffle(order.begin(), order.end(), std::mt19937(3));
     const std::vector<PlacedMesh> objects = scene.input.objects;
     for (std::size_t i = 0; i < order.size(); ++i) scene.input.objects[i] = objects[order[i]];
@@ -407,12 +386,11 @@ TEST_CASE("Tetrahedra with periodic images fill the period", "[tetrahedra][long]
     double sum = 0.0;
     for (std::size_t i = 0; i < t.tetrahedra.size(); ++i)
       for (int k = 0; k < 4; ++k)
-        if (const int p = t.tetrahedra[i][k]; t.isPrimary(t.labels[p]))
-          sum += 0.25 * volumeOf(t, static_cast<int>(i));
+        if (const int p = t.tetrahedra[i][k]; t.isPrimary(t.labels[p])) sum += 0.25 * volumeOf(t, int(i));
     CHECK(sum == Approx(volume - scene.objectVolume()).epsilon(1e-9));
-    CHECK(static_cast<std::size_t>(std::count_if(t.bodies.begin(), t.bodies.end(),
-                                                 [](const TetrahedraBody& b) { return b.primary; })) ==
-          scene.input.objects.size());
+    CHECK(std::size_t(std::count_if(t.bodies.begin(), t.bodies.end(), [](const TetrahedraBody& b) {
+            return b.primary;
+          })) == scene.input.objects.size());
   };
   check(coarse(redCellsInPeriodicBox(13.0, 0.35), 1, 0.85), std::pow(13.0, 3));
   check(coarse(redCellsInPeriodicBox(13.0, 0.35), 1, 0.5), std::pow(13.0, 3));
@@ -426,7 +404,7 @@ TEST_CASE("Unconstrained Delaunay tetrahedra have empty circumspheres", "[tetrah
   CHECK(steinerPoints(t) == 0);
   CHECK(t.tetrahedra.size() > 1000);
   for (std::size_t i = 0; i < t.tetrahedra.size(); i += 7) {
-    const int n = static_cast<int>(i);
+    const int n = int(i);
     Mat3 edges;
     Vec3 rhs;
     for (int k = 0; k < 3; ++k) {
@@ -446,7 +424,7 @@ TEST_CASE("With fewer points on surfaces, the tetrahedra of the remaining points
   scene.input.kept = TetrahedraKept::joining;
   const Tetrahedra all = tetrahedralise(scene.input);
   for (const PlacedMesh& object : scene.input.objects) {
-    scene.input.bodies.push_back({static_cast<int>(scene.input.bodies.size()), Vec3::Zero(), true});
+    scene.input.bodies.push_back({int(scene.input.bodies.size()), Vec3::Zero(), true});
     scene.input.points.emplace_back();
     int v = 0;
     for (const Vec3& vertex : object.mesh->mesh().vertices)

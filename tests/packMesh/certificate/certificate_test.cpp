@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/certificate.h"
 
-#include <algorithm>
-#include <map>
-#include <memory>
-#include <random>
-#include <tuple>
-
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
@@ -96,8 +90,7 @@ Expected bruteForce(const Packing& packing, const Vec3& period, double reach, do
   Expected out;
   const std::int64_t n = packing.cells.size();
   int images[3];
-  for (int k = 0; k < 3; ++k)
-    images[k] = period[k] > 0.0 ? static_cast<int>(std::ceil(reach / period[k])) : 0;
+  for (int k = 0; k < 3; ++k) images[k] = period[k] > 0.0 ? int(std::ceil(reach / period[k])) : 0;
   for (std::int64_t i = 0; i < n; ++i)
     for (std::int64_t j = i; j < n; ++j)
       for (int x = -images[0]; x <= images[0]; ++x)
@@ -128,7 +121,7 @@ Packing randomPacking(unsigned seed, int count, const Vec3& period, double sprea
       ball(0.25)};
   packing.container = std::make_shared<PeriodicSpace>(period);
   for (int i = 0; i < count; ++i) {
-    const int shape = static_cast<int>(random() % 3);
+    const int shape = int(random() % 3);
     packing.cells.push_back(
         {shape,
          shape,

@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <random>
-
-#include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/overlap_finder.h"
-#include "packMesh/container/primitives.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/blocks.h"
-#include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/physics.h"
 #include "tests/support/shapes.h"
@@ -58,8 +53,6 @@ TEST_CASE(
   CHECK(found > 50);
   CHECK(wrappedCells > 5);
 }
-
-using namespace packmesh;
 
 namespace {
 

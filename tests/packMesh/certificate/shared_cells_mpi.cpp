@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/shared_cells.h"
 
-#include <algorithm>
-#include <random>
-
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/parallel/blocks.h"
@@ -70,7 +67,7 @@ TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[m
       missing += !known[j] && distance(all[i].placement.translation, all[j].placement.translation,
                                        physics.container->period()) < 2.0 * physics.shapes[0]->radius() + gap;
   CHECK(missing == 0);
-  const auto ownHere = static_cast<std::int64_t>(std::count(here.own.begin(), here.own.end(), true));
+  const auto ownHere = std::int64_t(std::count(here.own.begin(), here.own.end(), true));
   if (count > 1) CHECK(ownHere * ranks.size() < 1.1 * count);
   if (count > 1 && ranks.size() == 2) CHECK(here.cells.size() < 0.75 * count);
   ranks.sum(owners);

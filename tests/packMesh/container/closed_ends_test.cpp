@@ -32,7 +32,7 @@ std::vector<Body> bodiesAt(const std::vector<Vec3>& positions) {
   for (const Vec3& p : positions) {
     Body body;
     body.position = p;
-    body.id = static_cast<std::int64_t>(bodies.size());
+    body.id = std::int64_t(bodies.size());
     bodies.push_back(body);
   }
   return bodies;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/primitives.h"
 
-#include <limits>
-#include <random>
-
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/sample_meshes.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cmath>
-
-#include "packMesh/container/primitives.h"
 #include "packMesh/container/region.h"
+#include "packMesh/container/primitives.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;

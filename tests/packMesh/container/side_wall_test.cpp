@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Depths below the side wall, and the shells of a lumen.
-#include <cmath>
 
+#include "packMesh/container/side_wall.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
-#include "packMesh/container/side_wall.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/random.h"
 #include "tests/support/catch.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/vessel.h"
 
-#include <random>
-
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
@@ -35,9 +33,10 @@ TriangleMesh fork() {
                {0, -1, 0});
 }
 
-TriangleMesh swaying(double x1) {
+TriangleMesh swaying(double x0, double x1) {
   return sample::tube(
-      0.0, x1, 61, 24, [](double x) { return Vec3(x, 3.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
+      x0, x1, 1 + int(2 * (x1 - x0)), 24,
+      [](double x) { return Vec3(x, 3.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
       [](double x) { return 4.0 + std::cos(2.0 * M_PI * x / 30.0); });
 }
 
@@ -125,13 +124,11 @@ TEST_CASE("Touching the wall of a vessel counts as meeting it, exactly", "[conta
 }
 
 TEST_CASE("A curved periodic vessel is continued by its own image", "[container]") {
-  const TriangleMesh tube = swaying(30.0);
+  const TriangleMesh tube = swaying(0.0, 30.0);
   const auto vessel = makeVessel(tube, VesselEnds{0, 0.0, 30.0, true}, 0.2);
   checkClosed(*vessel);
   // Three periods in one mesh say what is true.
-  const TriangleMesh longer = sample::tube(
-      -30.0, 60.0, 181, 24, [](double x) { return Vec3(x, 3.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
-      [](double x) { return 4.0 + std::cos(2.0 * M_PI * x / 30.0); });
+  const TriangleMesh longer = swaying(-30.0, 60.0);
   const ClosestPoint truth(longer);
   const auto whole = makeVessel(longer, std::nullopt, 1.0);
   std::mt19937 random(11);
@@ -156,7 +153,7 @@ TEST_CASE("A curved periodic vessel is continued by its own image", "[container]
 TEST_CASE("The gap to a vessel's wall is that of the nearest two triangles, images and ends included",
           "[container]") {
   const double period = 30.0;
-  const TriangleMesh tube = swaying(period);
+  const TriangleMesh tube = swaying(0.0, period);
   const MeshHierarchy cell(cellAt(Vec3::Zero(), 1.5));
   for (const bool periodic : {true, false}) {
     const auto vessel = makeVessel(tube, VesselEnds{0, 0.0, period, periodic}, 0.3);
@@ -275,10 +272,9 @@ TEST_CASE("Errors of a vessel are reported", "[container][messages]") {
 }
 
 TEST_CASE("A vessel describes itself", "[container]") {
-  const auto vessel =
-      makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
-  REQUIRE(vessel->describe() == "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x");
-  const auto closed =
-      makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, false}, 0.25);
-  REQUIRE(closed->describe() == "vessel 21.5 x 10 x 10 µm of 416 triangles, closed along x");
+  for (const bool periodic : {true, false})
+    CHECK(
+        makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, periodic}, 0.25)
+            ->describe() == std::string("vessel 21.5 x 10 x 10 µm of 416 triangles, ") +
+                                (periodic ? "periodic along x" : "closed along x"));
 }

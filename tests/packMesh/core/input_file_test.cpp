@@ -3,8 +3,6 @@
 
 #include <sys/stat.h>
 
-#include <fstream>
-
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 

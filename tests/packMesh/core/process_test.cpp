@@ -4,11 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdlib>
-#include <fstream>
-#include <memory>
 #include <thread>
 
 #include "packMesh/core/process.h"
@@ -23,7 +19,7 @@ std::string allOf(const Descriptor& descriptor) {
   std::string text;
   char buffer[256];
   for (ssize_t n; (n = read(descriptor.number(), buffer, sizeof buffer)) > 0;)
-    text.append(buffer, static_cast<std::size_t>(n));
+    text.append(buffer, std::size_t(n));
   return text;
 }
 
@@ -96,8 +92,6 @@ TEST_CASE("The status of a program that ended") {
   CHECK_FALSE(statusAtEnd(id));
 }
 
-using namespace packmesh;
-
 namespace {
 
 constexpr std::size_t enough = 100 << 20;
@@ -113,7 +107,7 @@ void await(HelperProcess& helper) {
 
 std::string bytes(std::size_t count) {
   std::string out(count, '\0');
-  for (std::size_t k = 0; k < count; ++k) out[k] = static_cast<char>(k * 2654435761u >> 13);
+  for (std::size_t k = 0; k < count; ++k) out[k] = char(k * 2654435761u >> 13);
   return out;
 }
 

@@ -2,8 +2,6 @@
 #include "packMesh/core/random.h"
 #include "tests/support/catch.h"
 
-#include <vector>
-
 using namespace packmesh;
 
 namespace {
@@ -14,7 +12,7 @@ using Words = std::array<std::uint32_t, 4>;
 Words wordsOf(std::uint64_t seed, std::uint32_t stream, std::uint64_t cell, std::uint32_t iteration) {
   const auto u = uniform4(seed, static_cast<RandomStream>(stream), cell, iteration);
   Words words;
-  for (int k = 0; k < 4; ++k) words[k] = static_cast<std::uint32_t>(u[k] * 0x1p32);
+  for (int k = 0; k < 4; ++k) words[k] = std::uint32_t(u[k] * 0x1p32);
   return words;
 }
 

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <chrono>
-#include <cmath>
-#include <random>
-
-#include "packMesh/core/error.h"
 #include "packMesh/field/distance_grid.h"
+#include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/mesh/winding_number.h"
-#include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"
 #include "tests/support/shapes.h"
@@ -19,8 +14,6 @@ namespace {
 
 /// Distance to a triangle by ternary search over chords parallel to an edge: slow and simple.
 double distanceToTriangle(const Vec3& p, Vec3 a, Vec3 b, Vec3 c) {
-  // Golden rule of simple code: minimise over the triangle by repeatedly quartering around the best
-  // sub-triangle does not work for flat minima, so minimise the convex function by nested ternary search.
   const auto alongEdge = [&](double s) {
     const Vec3 q0 = a + s * (b - a), q1 = a + s * (c - a);
     const double length = (q1 - q0).squaredNorm();
@@ -164,32 +157,6 @@ TEST_CASE("sampleDistance rejects what does not fit", "[shape][messages]") {
   REQUIRE_THROWS_AS(sampleDistance(MeshHierarchy(mesh), boundingBox(mesh), 0.0, 1.0), InputError);
   REQUIRE_THROWS_AS(sampleDistance(MeshHierarchy(mesh), Box(), 0.1, 1.0), InputError);
 }
-
-TEST_CASE("sampleDistance is fast", "[.benchmark]") {
-  const auto seconds = [](const TriangleMesh& mesh, double margin, double spacing, double band) {
-    const auto start = std::chrono::steady_clock::now();
-    const DistanceGrid grid =
-        sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(margin), spacing, band);
-    const double time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    WARN(grid.value.size() << " nodes, " << mesh.triangles.size() << " triangles: " << time << " s, "
-                           << 1e9 * time / double(grid.value.size()) << " ns per node");
-    const auto again = std::chrono::steady_clock::now();
-    double sum = 0.0;
-    for (int n = 0; n < 1000000; ++n)
-      sum += grid.distance(grid.origin + 3.0 * Vec3(n % 7, n % 11, n % 13) / 13.0);
-    WARN(1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - again).count()
-         << " ns per look-up" << (sum == 0 ? " " : ""));
-    return time;
-  };
-  TriangleMesh cell = sample::sphere(Vec3::Zero(), 4.0, 39, 40);
-  for (Vec3& v : cell.vertices) v.y() *= 0.3;
-  seconds(cell, 0.8, 0.1, 2.0);
-  seconds(cell, 0.8, 0.1, 0.3);
-  seconds(sample::straightTube(0.0, 50.0, 12.5, 40, 60), 1.0, 0.25, 2.0);
-  seconds(sample::straightTube(0.0, 50.0, 12.5, 400, 200), 1.0, 0.25, 2.0);
-}
-
-using namespace packmesh;
 
 namespace {
 

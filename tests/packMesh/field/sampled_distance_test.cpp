@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstdint>
-#include <limits>
-#include <random>
-#include <vector>
-
-#include "packMesh/core/error.h"
 #include "packMesh/field/sampled_distance.h"
+#include "packMesh/core/error.h"
 #include "tests/support/catch.h"
 #include "tests/support/walls.h"
 
@@ -70,8 +65,6 @@ TEST_CASE("Interpolation looks up the corners of the cell, and is continuous fro
             Approx(valueAt(u + step * Vec3::Unit(axis))).margin(5e-9));
   }
 }
-
-using namespace packmesh;
 
 namespace {
 
@@ -176,8 +169,7 @@ TEST_CASE("A linear distance is reproduced to the steps of its storage, across b
     void sample(const NodeBlock& block, float* distances) const override {
       for (int k = 0; k < block.nodes[2]; ++k)
         for (int j = 0; j < block.nodes[1]; ++j)
-          for (int i = 0; i < block.nodes[0]; ++i)
-            *distances++ = static_cast<float>(distance(block.position(i, j, k)));
+          for (int i = 0; i < block.nodes[0]; ++i) *distances++ = float(distance(block.position(i, j, k)));
     }
   } const plane;
   constexpr double spacing = 0.25, brick = spacing * BrickView::cells;
@@ -265,7 +257,7 @@ TEST_CASE("Walls give the same distances for blocks of nodes as for single nodes
       block.spacing = n % 2 == 0 ? 0.25 : 1.0;
       block.origin = box.lo + box.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
       std::size_t count = 1;
-      for (int& nodes : block.nodes) count *= nodes = 1 + static_cast<int>(random() % 9);
+      for (int& nodes : block.nodes) count *= nodes = 1 + int(random() % 9);
       std::vector<float> distances(count);
       c.wall().sample(block, distances.data());
       std::size_t index = 0;

@@ -3,13 +3,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstring>
-#include <fstream>
-#include <memory>
-#include <set>
-#include <string>
-#include <vector>
-
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
 #include "tests/support/catch.h"
@@ -46,7 +39,6 @@ TEST_CASE("Temporary files are told from those of targets with similar names", "
   CHECK_FALSE(isTemporaryOf(lockName("run"), "run", "new"));
 }
 
-using namespace packmesh;
 namespace fs = std::filesystem;
 
 TEST_CASE("AtomicFiles replaces all files or none", "[io]") {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <fstream>
-
-#include "packMesh/core/error.h"
 #include "packMesh/io/sealed_file.h"
+#include "packMesh/core/error.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
 

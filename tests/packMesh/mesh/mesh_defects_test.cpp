@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"

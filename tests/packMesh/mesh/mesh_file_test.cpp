@@ -5,11 +5,6 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #endif
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <fstream>
-#include <limits>
 
 #include "packMesh/core/error.h"
 #include "tests/packMesh/sample_meshes.h"
@@ -25,13 +20,9 @@ namespace {
 using Folder = test::TemporaryFolder;
 
 std::string messageOf(const std::filesystem::path& file) {
-  try {
-    readMesh(file);
-  } catch (const InputError& error) {
-    REQUIRE_THAT(error.what(), Contains(file.filename().string()));
-    return error.what();
-  }
-  return "no error";
+  const std::string message = test::messageOf<InputError>([&] { readMesh(file); });
+  CHECK_THAT(message, Contains(file.filename().string()));
+  return message;
 }
 
 template <class T>
@@ -50,11 +41,11 @@ void putBigEndian(std::string& bytes, T value) {
 
 std::string binaryStl(const TriangleMesh& mesh, std::string header = "made by a test") {
   header.resize(80, ' ');
-  put(header, static_cast<std::uint32_t>(mesh.triangles.size()));
+  put(header, std::uint32_t(mesh.triangles.size()));
   for (const Triangle& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) put(header, 0.0f);
     for (const int v : t)
-      for (int k = 0; k < 3; ++k) put(header, static_cast<float>(mesh.vertices[v][k]));
+      for (int k = 0; k < 3; ++k) put(header, float(mesh.vertices[v][k]));
     put(header, std::uint16_t(0));
   }
   return header;
@@ -67,8 +58,7 @@ std::string binaryPly(const TriangleMesh& mesh, bool bigEndian) {
       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar quality\nelement face " +
       std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const Vec3& v : mesh.vertices) {
-    for (int k = 0; k < 3; ++k)
-      bigEndian ? putBigEndian(bytes, static_cast<float>(v[k])) : put(bytes, static_cast<float>(v[k]));
+    for (int k = 0; k < 3; ++k) bigEndian ? putBigEndian(bytes, float(v[k])) : put(bytes, float(v[k]));
     put(bytes, std::uint8_t(7));
   }
   for (const Triangle& t : mesh.triangles) {
@@ -93,7 +83,7 @@ TriangleMesh byFirstAppearance(const TriangleMesh& mesh) {
   for (Triangle t : mesh.triangles) {
     for (int& v : t) {
       if (number[v] < 0) {
-        number[v] = static_cast<int>(out.vertices.size());
+        number[v] = int(out.vertices.size());
         out.vertices.push_back(mesh.vertices[v]);
       }
       v = number[v];
@@ -131,8 +121,7 @@ TEST_CASE("readMesh reads binary STL and binary PLY of both byte orders", "[io]"
   TriangleMesh mesh = sample::sphere({0.5, 1.0, -2.0}, 4.0, 6, 8);
   for (Vec3& v : mesh.vertices)
     for (int k = 0; k < 3; ++k) {
-      const volatile float rounded =
-          static_cast<float>(v[k]);  // volatile: g++ 12 drops a vectorised round trip
+      const volatile float rounded = float(v[k]);  // volatile: g++ 12 drops a vectorised round trip
       v[k] = rounded;
     }
   REQUIRE(same(readMesh(folder.write("a.stl", binaryStl(mesh))), byFirstAppearance(mesh)));
@@ -310,74 +299,58 @@ TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   std::filesystem::create_directories(folder.path() / "folder.stl");
   CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such file"));
   CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("is a folder, expected a mesh file"));
-  CHECK_THAT(messageOf(folder.write("a.vtk", "x")),
-             Contains("expected a mesh file ending in .stl, .off, .ply or .obj"));
-  CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no extension"));
-  CHECK_THAT(messageOf(folder.write("empty.stl", "")), Contains("empty file"));
-  CHECK_THAT(messageOf(folder.write("blank.obj", " \n\n")), Contains("empty file"));
-  CHECK_THAT(messageOf(folder.write("garbage.stl", "garbage")), Contains("text that begins with 'solid'"));
-  CHECK_THAT(messageOf(folder.write("garbage2.stl", std::string(500, 'x'))),
-             Contains("stated in its header"));
-  CHECK_THAT(messageOf(folder.write("garbage.off", "garbage")),
-             Contains(":1: expected 'OFF', found 'garbage'"));
-  CHECK_THAT(messageOf(folder.write("garbage.ply", "garbage")), Contains("beginning with 'ply'"));
-  CHECK_THAT(messageOf(folder.write("garbage.obj", "%garbage")), Contains("keyword"));
-  CHECK_THAT(messageOf(folder.write("text.obj", "just some words")),
-             Contains("expected triangles, found none"));
-  CHECK_THAT(messageOf(folder.write("4.off", "4OFF\n1 1 1\n")), Contains("expected 'OFF'"));
-
-  const std::string off = tetrahedronOff;
-  CHECK_THAT(messageOf(folder.write("t1.off", off.substr(0, off.find("3 1 2 3")))),
-             Contains("expected face 3 of 4"));
-  CHECK_THAT(messageOf(folder.write("t2.off", off.substr(0, off.find("0 0 1")))),
-             Contains("expected vertex 4 of 4"));
-  CHECK_THAT(messageOf(folder.write("t3.off", "OFF\n")), Contains("numbers of vertices"));
-  CHECK_THAT(messageOf(folder.write("i1.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")),
-             Contains(":6: expected a vertex index between 0 and 2, found '3'"));
-  CHECK_THAT(messageOf(folder.write("i2.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n")),
-             Contains("found 'x'"));
-  CHECK_THAT(messageOf(folder.write("i3.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n")),
-             Contains("the end of the line"));
-  CHECK_THAT(messageOf(folder.write("n1.off", "OFF\n3 1 0\n0 nan 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
-             Contains(":3: expected a coordinate that is a finite number, found 'nan'"));
-  CHECK_THAT(messageOf(folder.write("n2.off", "OFF\n3 1 0\n0 1e999 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
-             Contains("finite"));
-  CHECK_THAT(messageOf(folder.write("huge.off", "OFF\n99999999999999999999 1 0\n")),
-             Contains("the number of vertices"));
-  CHECK_THAT(messageOf(folder.write("none.off", "OFF\n0 0 0\n")), Contains("found none"));
-
-  CHECK_THAT(messageOf(folder.write("f1.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")),
-             Contains("refers to vertex 4"));
-  CHECK_THAT(messageOf(folder.write("f2.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n")),
-             Contains(":4: expected the index"));
-  CHECK_THAT(messageOf(folder.write("f3.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n")),
-             Contains("at least three corners"));
-  CHECK_THAT(messageOf(folder.write("f4.obj", "v 0 0 0\nv 1 0 0\nf 1 2 a\n")), Contains("found 'a'"));
-
-  const std::string stl =
-      "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
-      "0\nendloop\nendfacet\n";
-  CHECK_THAT(messageOf(folder.write("t1.stl", stl + "vertex 0 0 0\n")), Contains("'facet' or 'endsolid'"));
-  CHECK_THAT(messageOf(folder.write("t2.stl", stl.substr(0, 75))), Contains("expected"));
-  CHECK_THAT(messageOf(folder.write("t3.stl", "solid x\nendsolid x\n")), Contains("found none"));
-  CHECK_THAT(messageOf(folder.write("n.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 inf 0\n")),
-             Contains(":4:"));
-  const std::string binary = binaryStl(sample::box(Vec3::Zero(), Vec3::Ones()));
-  CHECK_THAT(
-      messageOf(folder.write("t4.stl", binary.substr(0, 400))),
-      Contains(
-          "expected a binary STL file of 684 bytes for the 12 triangles stated in its header, found 400"));
+  const std::string off = tetrahedronOff, three = "0 0 0\n1 0 0\n0 1 0\n",
+                    face = "OFF\n3 1 0\n" + three + "3 ", corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf ",
+                    facet =
+                        "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                        "endloop\nendfacet\n";
+  const TriangleMesh cube = sample::box(Vec3::Zero(), Vec3::Ones());
+  const std::string binary = binaryStl(cube);
   std::string nan = binary;
   const float value = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(&nan[84 + 12], &value, 4);
-  CHECK_THAT(messageOf(folder.write("n2.stl", nan)),
-             Contains("vertex 1 has a coordinate that is not a finite number"));
-
-  const TriangleMesh cube = sample::box(Vec3::Zero(), Vec3::Ones());
-  CHECK_THAT(messageOf(folder.write("t.ply", binaryPly(cube, false).substr(0, 300))),
-             Contains("complete binary PLY"));
-  CHECK_THAT(messageOf(folder.write("h.ply", "ply\nformat ascii 1.0\n")), Contains("end_header"));
-  CHECK_THAT(messageOf(folder.write(
-                 "p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n")),
-             Contains("x, y and z"));
+  struct Wrong {
+    std::string name, content, message;
+  };
+  for (const auto& [name, content, message] : std::vector<Wrong>{
+           {"a.vtk", "x", "expected a mesh file ending in .stl, .off, .ply or .obj"},
+           {"noending", "x", "no extension"},
+           {"empty.stl", "", "empty file"},
+           {"blank.obj", " \n\n", "empty file"},
+           {"garbage.stl", "garbage", "text that begins with 'solid'"},
+           {"garbage2.stl", std::string(500, 'x'), "stated in its header"},
+           {"garbage.off", "garbage", ":1: expected 'OFF', found 'garbage'"},
+           {"garbage.ply", "garbage", "beginning with 'ply'"},
+           {"garbage.obj", "%garbage", "keyword"},
+           {"text.obj", "just some words", "expected triangles, found none"},
+           {"4.off", "4OFF\n1 1 1\n", "expected 'OFF'"},
+           {"t1.off", off.substr(0, off.find("3 1 2 3")), "expected face 3 of 4"},
+           {"t2.off", off.substr(0, off.find("0 0 1")), "expected vertex 4 of 4"},
+           {"t3.off", "OFF\n", "numbers of vertices"},
+           {"i1.off", face + "0 1 3\n", ":6: expected a vertex index between 0 and 2, found '3'"},
+           {"i2.off", face + "0 1 x\n", "found 'x'"},
+           {"i3.off", face + "0 1\n", "the end of the line"},
+           {"n1.off", "OFF\n3 1 0\n0 nan 0\n",
+            ":3: expected a coordinate that is a finite number, found 'nan'"},
+           {"n2.off", "OFF\n3 1 0\n0 1e999 0\n", "finite"},
+           {"huge.off", "OFF\n99999999999999999999 1 0\n", "the number of vertices"},
+           {"none.off", "OFF\n0 0 0\n", "found none"},
+           {"f1.obj", corners + "1 2 4\n", "refers to vertex 4"},
+           {"f2.obj", corners + "1 2 -4\n", ":4: expected the index"},
+           {"f3.obj", corners + "1 2\n", "at least three corners"},
+           {"f4.obj", corners + "1 2 a\n", "found 'a'"},
+           {"t1.stl", facet + "vertex 0 0 0\n", "'facet' or 'endsolid'"},
+           {"t2.stl", facet.substr(0, 75), "expected"},
+           {"t3.stl", "solid x\nendsolid x\n", "found none"},
+           {"n.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 inf 0\n", ":4:"},
+           {"t4.stl", binary.substr(0, 400),
+            "expected a binary STL file of 684 bytes for the 12 triangles stated in its header, found 400"},
+           {"n2.stl", nan, "vertex 1 has a coordinate that is not a finite number"},
+           {"t.ply", binaryPly(cube, false).substr(0, 300), "complete binary PLY"},
+           {"h.ply", "ply\nformat ascii 1.0\n", "end_header"},
+           {"p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+            "x, y and z"}}) {
+    CAPTURE(name);
+    CHECK_THAT(messageOf(folder.write(name, content)), Contains(message));
+  }
 }

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_intersection.h"
 
-#include <cmath>
-#include <random>
-
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/convex_hull.h"
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/packMesh/mesh/winding_number.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 
@@ -17,15 +15,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// By the solid angle (A. van Oosterom, J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983)).
 bool surrounds(const TriangleMesh& mesh, const Vec3& p) {
-  double angle = 0.0;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
-    const double x = a.norm(), y = b.norm(), z = c.norm();
-    angle += 2.0 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + a.dot(c) * y + b.dot(c) * x);
-  }
-  return std::abs(angle) > 2.0 * M_PI;
+  return std::abs(solidAngle(mesh.vertices, mesh.triangles, p)) > 2.0 * M_PI;
 }
 
 /// All pairs of triangles, one by one, but for those whose boxes are further apart than `interest`.
@@ -41,8 +32,8 @@ MeshPairResult bruteForce(const TriangleMesh& a, const TriangleMesh& b, double i
     return all;
   };
   const std::vector<Box> boxesA = boxes(a, interest), boxesB = boxes(b, 0.0);
-  for (int i = 0; i < static_cast<int>(a.triangles.size()); ++i)
-    for (int j = 0; j < static_cast<int>(b.triangles.size()); ++j) {
+  for (int i = 0; i < int(a.triangles.size()); ++i)
+    for (int j = 0; j < int(b.triangles.size()); ++j) {
       if (!boxesA[i].meets(boxesB[j])) continue;
       const auto p = [&](int k) -> const Vec3& { return a.corner(i, k); };
       const auto q = [&](int k) -> const Vec3& { return b.corner(j, k); };

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <random>
-#include <set>
-
 #include "packMesh/mesh/neighbor_search.h"
 #include "tests/support/catch.h"
 

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
-
+#include "packMesh/mesh/openings.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "packMesh/mesh/openings.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/support/catch.h"
 
@@ -40,7 +37,7 @@ TEST_CASE("Triangulations of any polygon have its area, and prisms over them are
     for (const int corners : {3, 4, 7, 40}) {
       const Polygon polygon = star(seed, corners);
       const std::vector<Triangle> triangles = triangulated(polygon);
-      REQUIRE(static_cast<int>(triangles.size()) == corners - 2);
+      REQUIRE(int(triangles.size()) == corners - 2);
       double sum = 0.0;
       for (const Triangle& t : triangles) {
         const double area = twiceArea({polygon[t[0]], polygon[t[1]], polygon[t[2]]});
@@ -91,8 +88,6 @@ TEST_CASE("Polygons that are not simple are rejected") {
   CHECK_THROWS_WITH(triangulated({{0, 0}, {0, 2}, {2, 2}, {2, 0}}), Contains("clockwise"));
 }
 
-using namespace packmesh;
-
 namespace {
 
 /// `mesh` without the triangles in the planes `x`.
@@ -110,13 +105,9 @@ TriangleMesh opened(TriangleMesh mesh, const std::vector<double>& planes) {
 
 std::string refusalToClose(TriangleMesh mesh) {
   std::vector<CappedOpening> capped;
-  try {
-    repairClosed(mesh, "tube.stl", &capped);
-  } catch (const MeshError& error) {
-    CHECK(capped.empty());
-    return error.what();
-  }
-  return "no error";
+  const std::string message = test::messageOf<MeshError>([&] { repairClosed(mesh, "tube.stl", &capped); });
+  CHECK(capped.empty());
+  return message;
 }
 
 }  // namespace
@@ -155,7 +146,7 @@ TEST_CASE("An opening may be a refined polygon, oblique, and not convex", "[geom
       for (int k = 0; k < parts; ++k)
         outline.push_back(corners[i] +
                           (corners[(i + 1) % corners.size()] - corners[i]) * (double(k) / parts));
-    const int n = static_cast<int>(outline.size());
+    const int n = int(outline.size());
     for (const Vec3& p : outline) mesh.vertices.push_back(p);
     for (const Vec3& p : outline) mesh.vertices.push_back(p + along);
     for (int i = 0; i < n; ++i) {

@@ -32,7 +32,7 @@ int exactOrientation(const Points<N>& points) {
       const double mantissa = std::frexp(points[i][k], &exponent);
       if (mantissa == 0.0) continue;
       numerator[i][k] = std::ldexp(mantissa, 53);
-      numerator[i][k] <<= static_cast<unsigned>(exponent - least);
+      numerator[i][k] <<= unsigned(exponent - least);
     }
   for (std::size_t i = 0; i + 1 < N; ++i)
     for (std::size_t k = 0; k + 1 < N; ++k) numerator[i][k] -= numerator[N - 1][k];

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Reading, repairing and preparing meshes takes steps in proportion to their triangles, also for degenerate
 // ones. Steps are counted by poll(), so that the tests do not depend on the speed of the machine.
-#include <cmath>
-#include <functional>
-#include <random>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
@@ -32,14 +29,10 @@ double pollsOf(const std::function<void()>& work) {
   return polls;
 }
 
-using MakeMesh = TriangleMesh (*)(int size);
-
-void repair(TriangleMesh& mesh) {
-  repairClosed(mesh, "x");
-}
-
 /// Treats meshes of n and 8 n triangles.
-void requireProportional(MakeMesh make, int size, const std::function<void(TriangleMesh&)>& treat = repair) {
+void requireProportional(
+    TriangleMesh (*make)(int size), int size,
+    const std::function<void(TriangleMesh&)>& treat = [](TriangleMesh& mesh) { repairClosed(mesh, "x"); }) {
   TriangleMesh small = make(size), large = make(8 * size);
   REQUIRE(large.triangles.size() > 7 * small.triangles.size());
   const double few = pollsOf([&] { treat(small); }), many = pollsOf([&] { treat(large); });
@@ -102,11 +95,11 @@ TriangleMesh everythingTwice(int n) {
 
 /// n tetrahedra in a cube.
 TriangleMesh tetrahedraInCube(int n) {
-  const int edge = static_cast<int>(std::ceil(std::cbrt(n)));
+  const int edge = int(std::ceil(std::cbrt(n)));
   TriangleMesh mesh = sample::box(-Vec3::Ones(), Vec3::Constant(2.0 * edge));
   for (int i = 0; i < n; ++i) {
     const Vec3 at(2.0 * (i % edge), 2.0 * (i / edge % edge), 2.0 * (i / edge / edge));
-    const int v = static_cast<int>(mesh.vertices.size());
+    const int v = int(mesh.vertices.size());
     for (const Vec3& corner : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)})
       mesh.vertices.push_back(at + corner);
     mesh.triangles.insert(mesh.triangles.end(),
@@ -127,33 +120,12 @@ TriangleMesh openStrip(int n) {
 }  // namespace
 
 TEST_CASE("Repairing takes steps in proportion to the triangles", "[geometry][reading]") {
-  SECTION("fans") {
-    requireProportional(tubeWithFans, 2000);
-  }
-  SECTION("a fan of triangles without area") {
-    requireProportional(collinearFan, 1000, [](TriangleMesh& mesh) { removeFlatTriangles(mesh); });
-  }
-  SECTION("all vertices on a line") {
-    requireProportional(allOnALine, 2000);
-  }
-  SECTION("all vertices equal") {
-    requireProportional(allInAPoint, 2000);
-  }
-  SECTION("all vertices in a plane") {
-    requireProportional(allInAPlane, 2000);
-  }
-  SECTION("all triangles twice") {
-    requireProportional(everythingTwice, 2000);
-  }
-  SECTION("many components in one") {
-    requireProportional(tetrahedraInCube, 2000);
-  }
-  SECTION("open edges in a plane") {
-    requireProportional(openStrip, 4000);
-  }
-  SECTION("a round cell") {
-    requireProportional([](int n) { return sample::sphere(Vec3::Zero(), 3.0, 2 * n / 40, 20); }, 400);
-  }
+  for (const auto make :
+       {tubeWithFans, allOnALine, allInAPoint, allInAPlane, everythingTwice, tetrahedraInCube})
+    requireProportional(make, 1000);
+  requireProportional(openStrip, 2000);
+  requireProportional([](int n) { return sample::sphere(Vec3::Zero(), 3.0, 2 * n / 40, 20); }, 400);
+  requireProportional(collinearFan, 1000, [](TriangleMesh& mesh) { removeFlatTriangles(mesh); });
 }
 
 TEST_CASE("A fan of triangles without area is removed", "[geometry][reading]") {
@@ -179,7 +151,7 @@ TEST_CASE("Near vertices are those connected by steps, however many there are", 
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     for (int i = 0; i < 400; ++i) points.push_back({unit(random), unit(random), 0.1 * unit(random)});
     std::vector<int> expected(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) expected[i] = static_cast<int>(i);
+    for (std::size_t i = 0; i < points.size(); ++i) expected[i] = int(i);
     for (bool changed = true; changed;) {
       changed = false;
       for (std::size_t i = 0; i < points.size(); ++i)

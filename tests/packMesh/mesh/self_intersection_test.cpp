@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <gmpxx.h>
 
-#include <array>
-#include <cmath>
-#include <random>
-
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/packMesh/mesh/test_meshes.h"

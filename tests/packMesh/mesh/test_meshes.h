@@ -24,7 +24,7 @@ inline TriangleMesh icosphere(int levels, double radius = 1.0) {
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int a, int b) {
       const auto key = std::minmax(a, b);
-      const auto [at, isNew] = middles.try_emplace(key, static_cast<int>(mesh.vertices.size()));
+      const auto [at, isNew] = middles.try_emplace(key, int(mesh.vertices.size()));
       if (isNew) mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
       return at->second;
     };

@@ -2,10 +2,6 @@
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/support/catch.h"
 
-#include <Eigen/QR>
-#include <random>
-#include <vector>
-
 using namespace packmesh;
 
 namespace {
@@ -26,13 +22,11 @@ double distanceByDifferences(const RealTriangle& a, const RealTriangle& b) {
       const double s = -d[i].dot(e) / e.squaredNorm();
       if (s > 0.0 && s < 1.0) least = std::min(least, (d[i] + s * e).norm());
       for (std::size_t k = j + 1; k < d.size(); ++k) {
-        Eigen::Matrix<double, 3, 2> edges;
-        const Vec3 f = d[k] - d[i];
-        edges << e.x(), f.x(), e.y(), f.y(), e.z(), f.z();
-        if (e.cross(f).norm() < 1e-9) continue;
-        const Eigen::Vector2d st =
-            edges.colPivHouseholderQr().solve(Eigen::Vector3d(-d[i].x(), -d[i].y(), -d[i].z()));
-        if (st[0] > 0.0 && st[1] > 0.0 && st.sum() < 1.0)
+        const Vec3 f = d[k] - d[i], normal = e.cross(f);
+        const double squared = normal.squaredNorm();
+        if (squared < 1e-18) continue;
+        const double st[] = {f.cross(d[i]).dot(normal) / squared, d[i].cross(e).dot(normal) / squared};
+        if (st[0] > 0.0 && st[1] > 0.0 && st[0] + st[1] < 1.0)
           least = std::min(least, (d[i] + st[0] * e + st[1] * f).norm());
       }
     }

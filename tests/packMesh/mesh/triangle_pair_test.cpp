@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cmath>
-#include <limits>
-#include <random>
-
 #include "packMesh/mesh/triangle_pair.h"
 #include "tests/packMesh/mesh/integer_oracle.h"
 #include "tests/packMesh/mesh/test_meshes.h"
@@ -116,7 +112,7 @@ TEST_CASE("Contacts broken by less than the rounding errors of determinants are 
           const long base = matrix[k][0] * u + matrix[k][1] * v + matrix[k][2] * w;
           const long beside = moved == 9 * t + 3 * c + k ? by : 0;
           exact[t][c][k] = base * (1L << 22) + beside;
-          real[t][c][k] = static_cast<double>(base * (1L << 46) + beside);
+          real[t][c][k] = double(base * (1L << 46) + beside);
         }
       }
     const bool expected = test::trianglesMeet(exact[0], exact[1]);

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <numeric>
-#include <random>
-#include <vector>
-
 #include "packMesh/mesh/union_find.h"
 #include "tests/support/catch.h"
 

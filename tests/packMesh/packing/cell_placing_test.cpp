@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
-
-#include "packMesh/container/region.h"
 #include "packMesh/packing/cell_placing.h"
+#include "packMesh/container/region.h"
 #include "packMesh/packing/pack.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/densest.h"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include "packMesh/packing/attempt.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"
@@ -125,10 +121,9 @@ TEST_CASE("Fewer cells keep the shares of their species", "[densest][long]") {
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   const std::vector<std::int64_t> counts = countsOf(problem, result);
-  const double share = static_cast<double>(counts[0]) / static_cast<double>(problem.physics.species[0].count);
+  const double share = double(counts[0]) / double(problem.physics.species[0].count);
   REQUIRE(share > 0.7);
-  REQUIRE(std::abs(static_cast<double>(counts[1]) -
-                   share * static_cast<double>(problem.physics.species[1].count)) <= 1.0);
+  REQUIRE(std::abs(double(counts[1]) - share * double(problem.physics.species[1].count)) <= 1.0);
 }
 
 TEST_CASE("The densest packing of deformed cells has about as many as one of others",

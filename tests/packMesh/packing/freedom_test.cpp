@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
 
-#include <algorithm>
-#include <set>
-#include <tuple>
-
 #include "packMesh/container/region.h"
 #include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "tests/support/catch.h"
+#include "tests/support/certified.h"
 #include "tests/support/engines.h"
 #include "tests/support/packings.h"
 
@@ -20,7 +17,7 @@ namespace {
 constexpr double degree = 0.017453292519943295;
 
 std::vector<Pose> firstOf(const std::vector<Pose>& poses, std::size_t count) {
-  return {poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count)};
+  return {poses.begin(), poses.begin() + std::ptrdiff_t(count)};
 }
 
 bool same(const Pose& a, const Pose& b) {
@@ -35,13 +32,6 @@ std::shared_ptr<const Engine> anyEngine() {
 /// Sweeps or iterations that it took.
 std::int64_t effort(const PackingResult& result) {
   return result.statistics.effort();
-}
-
-PackingResult certified(const PackingProblem& problem) {
-  PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  REQUIRE(result.certificate.clean());
-  return result;
 }
 
 }  // namespace
@@ -63,7 +53,7 @@ TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
   const std::shared_ptr<const Engine> engine = anyEngine();
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
-    const PackingResult first = certified(problem);
+    const PackingResult first = test::packAll(problem);
     const std::size_t kept = 30;
     Species fixed = problem.physics.species[0], others = problem.physics.species[0];
     fixed.name = "stays";
@@ -73,7 +63,7 @@ TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
     others.count = 45;
     problem.physics.species = {fixed, others};
     problem.engine = engine;
-    const PackingResult result = certified(problem);
+    const PackingResult result = test::packAll(problem);
     REQUIRE(result.cellCount == 75);
     for (std::size_t i = 0; i < kept; ++i) CHECK(same(result.poses[i], fixed.start[i]));
     CHECK(effort(result) > 0);
@@ -82,7 +72,7 @@ TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
 
 TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are not") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.40);
-  const PackingResult first = certified(problem);
+  const PackingResult first = test::packAll(problem);
   Species fixed = problem.physics.species[0], others = problem.physics.species[0];
   fixed.start = first.poses;
   fixed.freedom.fixed = true;
@@ -100,7 +90,7 @@ TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are
 
 TEST_CASE("One cell more than fits beside fixed cells is given up soon, and stays near the lumen") {
   PackingProblem problem = test::redCellProblem(makeCylinder(Vec3(15, 10, 10), 0, 10.0, 30.0, true), 0.45);
-  const PackingResult first = certified(problem);
+  const PackingResult first = test::packAll(problem);
   Species fixed = problem.physics.species[0], others = problem.physics.species[0];
   fixed.start = first.poses;
   fixed.freedom.fixed = true;
@@ -136,26 +126,26 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
 
 TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
-  const PackingResult first = certified(problem);
+  const PackingResult first = test::packAll(problem);
   problem.engine = anyEngine();
   problem.physics.species[0].start = first.poses;
-  const PackingResult again = certified(problem);
+  const PackingResult again = test::packAll(problem);
   CHECK(effort(again) == 0);
   for (std::size_t i = 0; i < first.poses.size(); ++i) CHECK(same(again.poses[i], first.poses[i]));
   problem.physics.species[0].start[3].position = problem.physics.species[0].start[2].position;
-  const PackingResult mended = certified(problem);
+  const PackingResult mended = test::packAll(problem);
   CHECK(effort(mended) > 0);
   // More cells: the first ones begin where they were, so most of them are not far from there.
   problem.physics.species[0].start = first.poses;
   problem.physics.species[0].count += 3;
-  const PackingResult more = certified(problem);
+  const PackingResult more = test::packAll(problem);
   int near = 0;
   for (std::size_t i = 0; i < first.poses.size(); ++i) {
     Vec3 d = more.poses[i].position - first.poses[i].position;
     for (int k = 0; k < 3; ++k) d[k] -= 20.0 * std::round(d[k] / 20.0);
     near += d.norm() < 4.0;
   }
-  CHECK(2 * near > static_cast<int>(first.poses.size()));
+  CHECK(2 * near > int(first.poses.size()));
 }
 
 TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {
@@ -180,7 +170,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     base.freedom.region = right;
     problem.physics.species.push_back(base);
     problem.engine = engine;
-    const PackingResult result = certified(problem);
+    const PackingResult result = test::packAll(problem);
     CHECK(result.certificate.minimumWallGap >= 1.5);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {
       const Species& species = problem.physics.species[result.cells[i].species];
@@ -190,7 +180,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     // A cone without spread: all alike.
     for (Species& species : problem.physics.species) species.freedom.cone->spread = 0.0;
     for (Species& species : problem.physics.species) species.count /= 2;
-    const PackingResult aligned = certified(problem);
+    const PackingResult aligned = test::packAll(problem);
     for (const Pose& pose : aligned.poses)
       CHECK(base.freedom.cone->angle(pose.orientation) <= 1e-9 + 30.0 * degree);
     for (const Pose& pose : aligned.poses)
@@ -202,12 +192,7 @@ TEST_CASE("pack rejects invalid constraints of species") {
   const auto refused = [](auto&& change) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
     change(problem);
-    try {
-      pack(problem);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::messageOf<InputError>([&] { pack(problem); });
   };
   using P = PackingProblem;
   CHECK_THAT(refused([](P& p) { p.physics.species[0].freedom.extraWallClearance = -1.0; }),
@@ -242,7 +227,7 @@ TEST_CASE("Membranes stay out of a free layer, and centres in their shell", "[pr
       base.freedom.region = std::make_shared<DepthShell>(depth, from, to);
       problem.physics.species.push_back(base);
     }
-    const PackingResult result = certified(problem);
+    const PackingResult result = test::packAll(problem);
     double nearest = 1e9, toEnd = 1e9;
     for (std::size_t i = 0; i < result.cells.size(); ++i) {
       const Species& species = problem.physics.species[result.cells[i].species];

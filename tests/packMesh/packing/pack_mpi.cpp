@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/pack.h"
 
-#include <functional>
-#include <set>
-
 #include "packMesh/container/primitives.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
 #include "tests/support/vessels.h"
 #if PACKMESH_CAT
 #include "tests/support/cat.h"
-#include "tests/support/catch.h"
 #endif
 
 using namespace packmesh;
@@ -144,7 +141,7 @@ TEST_CASE("All ranks save the same state of cells under repair", "[mpi]") {
     repairs += pack(problem).statistics.repairs;
     const std::set<std::int64_t>& own = last.relaxation.disturbed;
     const auto all = world.gatherAll(std::vector<std::int64_t>(own.begin(), own.end()));
-    REQUIRE(all.size() == own.size() * static_cast<std::size_t>(world.size()));
+    REQUIRE(all.size() == own.size() * std::size_t(world.size()));
     for (std::size_t i = 0; i < all.size(); ++i) REQUIRE(own.count(all[i]) == 1);
   }
   REQUIRE(repairs > 0);

@@ -1,78 +1,59 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <cstdlib>
-#include <limits>
-#include <string>
-
-#include "packMesh/certificate/certifier.h"
+#include "packMesh/packing/pack.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
-#include "packMesh/packing/pack.h"
 #include "packMesh/relaxation/contact_kernels.h"
 #include "tests/support/catch.h"
+#include "tests/support/certified.h"
 #include "tests/support/packings.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using test::periodicCube;
 using test::redCellProblem;
 
 TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
-  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  const PackingProblem valid = redCellProblem(periodicCube(25.0), 0.40);
+  REQUIRE_NOTHROW(validate(valid));
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   infinite = std::numeric_limits<double>::infinity();
+  const auto refused = [&](auto&& change, const std::string& message) {
+    PackingProblem problem = valid;
+    change(problem.physics);
+    CAPTURE(message);
+    CHECK_THROWS_WITH(validate(problem), Contains(message));
+  };
+  refused([](Physics& p) { p.container = nullptr; }, "no container");
+  refused(
+      [](Physics& p) {
+        p.container = makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true});
+      },
+      "the period of the lumen, 0.2 µm along x, is too small");
+  refused([](Physics& p) { p.shapes[0] = nullptr; }, "species 'RBC' has no shape");
+  refused([](Physics& p) { p.species[0].count = -3; }, "species 'RBC' has a negative count, -3");
+  refused([](Physics& p) { p.clearance = -0.1; }, "found -0.1");
+  for (const double clearance : {-0.1, nan})
+    refused([&](Physics& p) { p.clearance = clearance; }, "clearance between cells");
+  for (const double clearance : {infinite, -1e-9})
+    refused([&](Physics& p) { p.wallClearance = clearance; }, "clearance to the wall");
+  const auto tooMany = [](Physics& p) { p.species[0].count = 250; };
+  refused(tooMany, "more volume than the lumen");
+  PackingProblem problem = valid;
+  tooMany(problem.physics);
+  REQUIRE_THROWS_AS(pack(problem), InputError);
+  problem.physics.species[0].count = 1;
+  problem.physics.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
+  REQUIRE_THROWS_WITH(validate(problem),
+                      Contains("species 'RBC'") && Contains("larger than the lumen") && Contains("cylinder"));
+  problem.physics.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
   REQUIRE_NOTHROW(validate(problem));
-
-  SECTION("no container") {
-    problem.physics.container = nullptr;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("no container"));
-  }
-  SECTION("periods that are much smaller than a cell") {
-    problem = redCellProblem(makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true}), 0.1);
-    REQUIRE_THROWS_WITH(validate(problem), Contains("the period of the lumen, 0.2 µm along x, is too small"));
-  }
-  SECTION("no shape") {
-    problem.physics.shapes[0] = nullptr;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));
-  }
-  SECTION("negative count") {
-    problem.physics.species[0].count = -3;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has a negative count, -3"));
-  }
-  SECTION("clearances") {
-    problem.physics.clearance = -0.1;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells") && Contains("found -0.1"));
-    problem.physics.clearance = std::numeric_limits<double>::quiet_NaN();
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells"));
-    problem.physics.clearance = 0.0;
-    problem.physics.wallClearance = std::numeric_limits<double>::infinity();
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
-    problem.physics.wallClearance = -1e-9;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
-  }
-  SECTION("more cells than lumen") {
-    problem.physics.species[0].count = 250;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("more volume than the lumen"));
-    REQUIRE_THROWS_AS(pack(problem), InputError);
-  }
-  SECTION("a cell larger than the lumen") {
-    problem.physics.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
-    problem.physics.species[0].count = 1;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC'") && Contains("larger than the lumen") &&
-                                               Contains("cylinder"));
-  }
-  SECTION("a clearance to the wall that leaves no room") {
-    problem.physics.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
-    problem.physics.species[0].count = 1;
-    REQUIRE_NOTHROW(validate(problem));
-    problem.physics.wallClearance = 1.9;
-    REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
-  }
-  SECTION("species that are not wanted may be of any size") {
-    problem.physics.container = periodicCube(8.0);
-    problem.physics.species[0].count = 1;
-    problem.physics.add("rock", test::sphereShape(50.0), 0);
-    REQUIRE_NOTHROW(validate(problem));
-  }
+  problem.physics.wallClearance = 1.9;
+  REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
+  // Species that are not wanted may be of any size.
+  problem.physics.container = periodicCube(8.0);
+  problem.physics.add("rock", test::sphereShape(50.0), 0);
+  REQUIRE_NOTHROW(validate(problem));
 }
 
 TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
@@ -83,82 +64,15 @@ TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
           Approx(problem.physics.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
 }
 
-using namespace packmesh;
 using test::periodicCube;
 using test::redCellProblem;
-
-namespace {
-
-/// Sets an environment variable for as long as it lives.
-class Environment {
- public:
-  Environment(const char* name, const char* value) : name_(name) {
-    if (const char* old = std::getenv(name)) old_ = old, had_ = true;
-    setenv(name, value, 1);
-  }
-  ~Environment() {
-    if (had_)
-      setenv(name_, old_.c_str(), 1);
-    else
-      unsetenv(name_);
-  }
-
- private:
-  const char* name_;
-  std::string old_;
-  bool had_ = false;
-};
-
-/// What holds for every packing that is handed over; certified anew, not as pack() says.
-void checkPacking(const PackingProblem& problem, const PackingResult& result) {
-  REQUIRE(result.poses.size() == result.cells.size());
-  REQUIRE(result.certificate.clean());
-  REQUIRE(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
-  REQUIRE(result.certificate.minimumGap > 0.0);
-  REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
-
-  std::vector<const Shape*> shapes;
-  std::vector<const Wall*> walls;
-  for (const auto& shape : problem.physics.shapes) shapes.push_back(shape.get());
-  walls.resize(problem.physics.species.size(), problem.physics.container->wall());
-  const Certificate again = certify({shapes, walls, problem.physics.container.get(), &result.cells,
-                                     problem.physics.clearance, problem.physics.wallClearance});
-  REQUIRE(again.clean());
-  REQUIRE(again.minimumGap == result.certificate.minimumGap);
-  REQUIRE(again.minimumWallGap == result.certificate.minimumWallGap);
-  REQUIRE(again.minimumWallGap >= problem.physics.wallClearance);
-
-  double volume = 0.0;
-  const Box bounds = problem.physics.container->bounds();
-  for (std::size_t i = 0; i < result.cells.size(); ++i) {
-    const PlacedCell& cell = result.cells[i];
-    REQUIRE((i == 0 || result.cells[i - 1].species <= cell.species));
-    REQUIRE(bounds.contains(cell.placement.translation));
-    REQUIRE((cell.placement.linear * cell.placement.linear.transpose() - Mat3::Identity()).norm() < 1e-12);
-    REQUIRE(cell.placement.linear.determinant() > 0.0);
-    REQUIRE(result.poses[i].scale == 1.0);
-    REQUIRE(result.poses[i].position == cell.placement.translation);
-    volume += shapes[cell.shape]->volume();
-  }
-  REQUIRE(result.certificate.cellVolume == Approx(volume));
-}
-
-std::int64_t countOf(const PackingResult& result, int species) {
-  return std::count_if(result.cells.begin(), result.cells.end(),
-                       [&](const PlacedCell& cell) { return cell.species == species; });
-}
-
-}  // namespace
 
 TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
   for (const double fraction : {0.35, 0.45})
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       CAPTURE(fraction, seed);
       const PackingProblem problem = redCellProblem(periodicCube(25.0), fraction, seed);
-      const PackingResult result = pack(problem);
-      REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
-      checkPacking(problem, result);
+      const PackingResult result = test::packAll(problem);
       REQUIRE(result.statistics.sweeps > 0);
     }
 }
@@ -169,18 +83,10 @@ TEST_CASE("Species that share a shape have numbers of cells of their own", "[pac
   others.name = "RBC, others";
   others.count = 5;
   problem.physics.species.push_back(others);
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
+  const PackingResult result = test::packAll(problem);
   CHECK(result.counts == std::vector<std::int64_t>{problem.physics.species[0].count, 5});
-  CHECK(countOf(result, 1) == 5);
   CHECK(std::all_of(result.cells.begin(), result.cells.end(),
                     [](const PlacedCell& c) { return c.shape == 0; }));
-}
-
-TEST_CASE("The packing has the same bits for the same problem and differs for another seed", "[packing]") {
-  const PackingResult first = pack(redCellProblem(periodicCube(25.0), 0.45, 5));
-  REQUIRE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 5)), first));
-  REQUIRE_FALSE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 6)), first));
 }
 
 TEST_CASE("The packing has the same bits on any number of threads", "[packing][threads]") {
@@ -216,7 +122,7 @@ TEST_CASE("All instruction sets give the same packing", "[packing]") {
       WARN("This processor lacks " << name);
       continue;
     }
-    const Environment isa("PACKMESH_ISA", name);
+    const test::Variable isa("PACKMESH_ISA", name);
     REQUIRE(chosenInstructionSet() == set);
     results.push_back(pack(redCellProblem(periodicCube(25.0), 0.45, 3)));
   }
@@ -232,10 +138,7 @@ TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
     problem.physics.add("PLT", platelet, 8);
     problem.physics.add("WBC", white, 1);
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.physics.species[s].count);
-    checkPacking(problem, result);
+    test::packAll(problem);
   }
 }
 
@@ -243,9 +146,7 @@ TEST_CASE("General meshes are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.15, 1);
   problem.physics.add("bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20);
   problem.physics.add("hook", std::make_shared<const Shape>(test::hookMesh()), 10);
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  test::packAll(problem);
 }
 
 TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
@@ -256,9 +157,7 @@ TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
     problem.physics.container = periodicCube(15.0);
     problem.physics.seed = seed;
     problem.execution.limits.maxSweeps = 2000;
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    checkPacking(problem, result);
+    test::packAll(problem);
   }
 }
 
@@ -282,10 +181,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
       CAPTURE(container->describe(), wallClearance);
       PackingProblem problem = redCellProblem(container, wallClearance < 0.3 ? 0.30 : 0.20);
       problem.physics.wallClearance = wallClearance;
-      const PackingResult result = pack(problem);
-      REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
-      checkPacking(problem, result);
+      const PackingResult result = test::packAll(problem);
       // Cells are as near as they may be: the clearance is what keeps them away.
       REQUIRE(result.certificate.minimumWallGap < wallClearance + 0.2);
     }
@@ -295,9 +191,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
 TEST_CASE("Without rotation every orientation stays the identity", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.30);
   problem.physics.rotate = false;
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  const PackingResult result = test::packAll(problem);
   for (const PlacedCell& cell : result.cells) REQUIRE(cell.placement.linear == Mat3::Identity());
 }
 
@@ -306,9 +200,7 @@ TEST_CASE("The requested clearance is kept", "[packing]") {
     CAPTURE(clearance);
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35);
     problem.physics.clearance = clearance;
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    checkPacking(problem, result);
+    const PackingResult result = test::packAll(problem);
     REQUIRE(result.certificate.minimumGap >= clearance);
     REQUIRE(result.certificate.minimumGap < clearance + 0.1);
   }
@@ -319,9 +211,7 @@ TEST_CASE("Cells can meet their own images", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(8.0), 0.32);
   REQUIRE(problem.physics.species[0].count == 2);
   problem.execution.limits.maxSweeps = 3000;
-  const PackingResult result = pack(problem);
-  REQUIRE(result.outcome == Outcome::certified);
-  checkPacking(problem, result);
+  test::packAll(problem);
 }
 
 TEST_CASE("Cells begin clear of their own images, so that a thin box is packed with any seed", "[packing]") {
@@ -358,9 +248,9 @@ TEST_CASE("An infeasible request ends with fewer cells and a clean certificate",
   problem.execution.limits.maxSweeps = 600;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
+  REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
   REQUIRE(result.certificate.cellVolume > 0.45 * problem.physics.container->volume());
-  checkPacking(problem, result);
+  test::requireValid(problem, result);
   REQUIRE(test::sameBits(pack(problem), result));
 }
 
@@ -369,8 +259,8 @@ TEST_CASE("A time limit ends a run with the cells packed so far", "[packing]") {
   problem.execution.limits.maxSeconds = 0.05;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
-  checkPacking(problem, result);
+  REQUIRE(std::int64_t(result.cells.size()) < problem.physics.species[0].count);
+  test::requireValid(problem, result);
 }
 
 TEST_CASE("A short time limit still gives some cells", "[packing]") {
@@ -383,7 +273,7 @@ TEST_CASE("A short time limit still gives some cells", "[packing]") {
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::outOfReach);
     REQUIRE(result.cells.size() > 10);
-    checkPacking(problem, result);
+    test::requireValid(problem, result);
   }
 }
 
@@ -419,7 +309,7 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
     REQUIRE(result.statistics.repairs > 0);
     REQUIRE(result.certificate.minimumWallGap >= clearance + layer);
     problem.physics.species[0].wall = nullptr;
-    checkPacking(problem, result);
+    test::requireValid(problem, result);
   }
 }
 
@@ -439,8 +329,8 @@ TEST_CASE("pack() reports its progress", "[packing]") {
   std::vector<Progress> told;
   problem.execution.progress = [&](const Progress& p) { told.push_back(p); };
   const PackingResult result = pack(problem);
-  REQUIRE(static_cast<std::int64_t>(told.size()) == result.statistics.sweeps);
-  for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == static_cast<std::int64_t>(k) + 1);
+  REQUIRE(std::int64_t(told.size()) == result.statistics.sweeps);
+  for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == std::int64_t(k) + 1);
   REQUIRE(told.front().stage == "relaxation");
   REQUIRE(told.front().unresolved > 100);
   REQUIRE(told.front().worstOverlap > told.back().worstOverlap);

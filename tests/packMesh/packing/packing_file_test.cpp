@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <hdf5.h>
 
-#include <sstream>
-
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/packing/packing_file.h"

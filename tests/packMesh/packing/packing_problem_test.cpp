@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
-#include <random>
-
-#include "packMesh/core/error.h"
 #include "packMesh/packing/packing_problem.h"
+#include "packMesh/core/error.h"
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/packing/state_file.h"
+#include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
 #if PACKMESH_CAT
 #include "tests/support/cat.h"
-#include "tests/support/catch.h"
 #endif
 
 using namespace packmesh;
@@ -46,13 +40,13 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
   const PackingState* before = nullptr;
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Stage stage = states[i].position.stage;
-    const int seen = stages.ofStage[static_cast<int>(stage)]++;
+    const int seen = stages.ofStage[int(stage)]++;
     stages.attempts = std::max(stages.attempts, states[i].engine.counters[0] + 1);
     stages.annealing += states[i].position.schedule.part > 0;
     const bool newPart = before && before->position.schedule.part != states[i].position.schedule.part;
     before = &states[i];
     if (seen > 1 && !newPart && i % (1 + states.size() / 3) != 0 && i + 1 != states.size()) continue;
-    CAPTURE(i, static_cast<int>(stage), states[i].position.round, states[i].relaxation.sweeps);
+    CAPTURE(i, int(stage), states[i].position.round, states[i].relaxation.sweeps);
     writeState(folder.path() / "state.h5", problem, {"by hand", {}, ""}, states[i]);
     problem.resume = readState(folder.path() / "state.h5", problem);
     const PackingResult rest = pack(problem);
@@ -80,7 +74,7 @@ PackingProblem besideFixedCells(std::int64_t count, std::uint64_t seed) {
 }
 
 int of(const Seen& seen, Stage stage) {
-  return seen.ofStage[static_cast<int>(stage)];
+  return seen.ofStage[int(stage)];
 }
 
 }  // namespace
@@ -254,7 +248,7 @@ TEST_CASE("A run can be interrupted in any stage and leaves a state of that stag
     problem.execution.interrupted = [&] { return reached; };
     const PackingResult result = pack(problem);
     if (!reached) return false;
-    CAPTURE(static_cast<int>(wanted));
+    CAPTURE(int(wanted));
     REQUIRE(result.outcome == Outcome::interrupted);
     REQUIRE(result.cells.empty());
     REQUIRE(last.position.stage == wanted);
@@ -320,7 +314,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
     return oneOf(std::vector<double>{0.0, 1e-300, 1e-9, 0.01, 1.0, 30.0, 1e6, 1e16});
   };
   const auto cell = [&](PackingState& s) -> BodyState& { return s.cells[random() % s.cells.size()]; };
-  const auto id = [&] { return static_cast<std::int64_t>(random() % states[0].cells.size()); };
+  const auto id = [&] { return std::int64_t(random() % states[0].cells.size()); };
   const std::vector<std::function<void(PackingState&)>> changes = {
       [&](PackingState& s) { s.position.stage = static_cast<Stage>(random() % 6); },
       [&](PackingState& s) { s.position.fewer = !s.position.fewer; },
@@ -334,7 +328,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
       [&](PackingState& s) {
         s.relaxation.counts = {number(), number()};
       },
-      [&](PackingState& s) { s.relaxation.blocks[random() % 3] = static_cast<int>(number()); },
+      [&](PackingState& s) { s.relaxation.blocks[random() % 3] = int(number()); },
       [&](PackingState& s) { s.relaxation.skin = length(); },
       [&](PackingState& s) { s.relaxation.slack = length(); },
       [&](PackingState& s) { s.relaxation.coarsely = !s.relaxation.coarsely; },
@@ -343,7 +337,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
       [&](PackingState& s) { s.relaxation.last.deepest = length(); },
       [&](PackingState& s) { s.relaxation.last.thorough = !s.relaxation.last.thorough; },
       [&](PackingState& s) {
-        s.relaxation.extraClearance[{id(), id()}] = static_cast<float>(length());
+        s.relaxation.extraClearance[{id(), id()}] = float(length());
       },
       [&](PackingState& s) {
         s.relaxation.extraClearance[{number(), id()}] = 1.0f;
@@ -353,14 +347,14 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
         s.failures[{id(), number()}] = number();
       },
       [&](PackingState& s) { s.demandedOfWall[number()] = length(); },
-      [&](PackingState& s) { cell(s).species = static_cast<int>(random() % 3); },
+      [&](PackingState& s) { cell(s).species = int(random() % 3); },
       [&](PackingState& s) { cell(s).scale = length(); },
       [&](PackingState& s) { cell(s).position[random() % 3] = length(); },
       [&](PackingState& s) { cell(s).extraWallClearance = length(); },
       [&](PackingState& s) { cell(s).overlap = length(); },
       [&](PackingState& s) { cell(s).moved = length(); },
       [&](PackingState& s) {
-        s.cells.erase(s.cells.begin() + static_cast<std::ptrdiff_t>(random() % s.cells.size()));
+        s.cells.erase(s.cells.begin() + std::ptrdiff_t(random() % s.cells.size()));
         --s.cellCount;
       },
       [&](PackingState& s) { s.engine.iterations = number(); },
@@ -369,13 +363,13 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
         s.engine.numbers = {length(), 0.0};
       },
       [&](PackingState& s) {
-        s.engine.numbers = {0.0, static_cast<double>(number())};
+        s.engine.numbers = {0.0, double(number())};
       },
       [&](PackingState& s) { cell(s).stepTaken = length(); },
       [&](PackingState& s) { s.engine.best.assign(2, cell(s)); },
       [&](PackingState& s) {
         s.engine.best.assign(2, cell(s));
-        s.engine.best[1].species = static_cast<int>(random() % 4) - 1;
+        s.engine.best[1].species = int(random() % 4) - 1;
       },
   };
   const test::TemporaryFolder folder;

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/repairs.h"
 
-#include <cmath>
-#include <set>
-#include <string>
-
 #include "packMesh/core/tolerances.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <fstream>
-#include <iterator>
-#include <optional>
-
 #include "packMesh/core/error.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack.h"
@@ -19,11 +15,6 @@ namespace {
 
 PackingProblem sampleProblem() {
   return test::mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.5, 5);
-}
-
-std::string readBytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 /// Packs and writes the states it is in after `every` more of them as <prefix>0.h5, <prefix>1.h5, ...
@@ -65,8 +56,8 @@ TEST_CASE("State files have the same bytes on any number of ranks, and any other
   if (ranks.rank() == 0) {
     packAndSave(sampleProblem(), path / "alone", every);
     for (; fs::exists(path / ("alone" + std::to_string(files) + ".h5")); ++files)
-      REQUIRE(readBytes(path / ("alone" + std::to_string(files) + ".h5")) ==
-              readBytes(path / ("shared" + std::to_string(files) + ".h5")));
+      REQUIRE(test::readText(path / ("alone" + std::to_string(files) + ".h5")) ==
+              test::readText(path / ("shared" + std::to_string(files) + ".h5")));
     REQUIRE(files >= 2);
     PackingProblem alone = sampleProblem();
     alone.resume = readState(path / "shared1.h5", alone);
@@ -86,8 +77,6 @@ TEST_CASE("Errors of reading or writing a state file are reported on all ranks",
   REQUIRE_THROWS_AS(readState("/no such folder/state.h5", problem), InputError);
   REQUIRE_THROWS_AS(packAndSave(problem, "/no such folder/state", 1), OutputError);
 }
-
-using namespace packmesh;
 
 TEST_CASE("The cells of a state are read in parts, whatever problem is at hand", "[mpi]") {
   const Communicator ranks = Communicator::world();
@@ -186,13 +175,9 @@ TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]
   const PackingProblem problem = problemOn(ranks, place / "state.h5");
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
-  const auto bytesOf = [&](const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
   if (ranks.rank() == 0) {
     pack(problemOn(Communicator(), place / "alone.h5"));
-    CHECK(bytesOf(place / "state.h5") == bytesOf(place / "alone.h5"));
+    CHECK(test::readText(place / "state.h5") == test::readText(place / "alone.h5"));
   }
   (void)ranks.sum(std::int64_t(0));
 

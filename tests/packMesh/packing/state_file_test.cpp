@@ -4,10 +4,6 @@
 #include <hdf5.h>
 #include <sys/stat.h>
 
-#include <fstream>
-#include <iterator>
-#include <random>
-
 #include "packMesh/core/error.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_file.h"
@@ -36,10 +32,6 @@ PackingState sampleState(PackingProblem problem) {
   return state;
 }
 
-std::string readBytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 void writeBytes(const fs::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
@@ -84,7 +76,7 @@ TEST_CASE("A state reads back unchanged, and its bytes are reproducible") {
   REQUIRE(found.relaxation.counts == state.relaxation.counts);
   REQUIRE(found.relaxation.blocks == state.relaxation.blocks);
   writeState(again, problem, head.record, found);
-  REQUIRE(readBytes(again) == readBytes(file));
+  REQUIRE(test::readText(again) == test::readText(file));
   REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
 }
 
@@ -93,17 +85,13 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
   const fs::path file = folder.path() / "state.h5";
   PackingProblem problem = sampleProblem();
   writeState(file, problem, {}, sampleState(problem));
-  const std::string bytes = readBytes(file);
+  const std::string bytes = test::readText(file);
   const auto refusal = [&] {
-    try {
-      readState(file, problem);
-    } catch (const InputError& error) {
-      REQUIRE_THAT(error.what(), Contains("state.h5"));
-      return std::string(error.what());
-    }
-    return std::string("none");
+    const std::string message = test::messageOf<InputError>([&] { readState(file, problem); });
+    if (!message.empty()) REQUIRE_THAT(message, Contains("state.h5"));
+    return message;
   };
-  REQUIRE(refusal() == "none");
+  REQUIRE(refusal().empty());
 
   SECTION("missing") {
     fs::remove(file);
@@ -123,7 +111,7 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
   }
   SECTION("truncated") {
     for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
-      writeBytes(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+      writeBytes(file, bytes.substr(0, std::size_t(share * double(bytes.size()))));
       REQUIRE_THAT(refusal(), Contains("truncated"));
     }
   }
@@ -141,7 +129,7 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
   SECTION("a number changed") {
     const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     const hid_t set = H5Dopen2(opened, "/cells/scale", H5P_DEFAULT);
-    std::vector<double> scales(static_cast<std::size_t>(H5Dget_storage_size(set)) / sizeof(double), 1.0);
+    std::vector<double> scales(std::size_t(H5Dget_storage_size(set)) / sizeof(double), 1.0);
     scales[3] = 0.999;
     H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, scales.data());
     H5Dclose(set);
@@ -153,9 +141,9 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
     for (int n = 0; n < 300; ++n) {
       std::string damaged = bytes;
       const std::size_t at = random() % (n % 3 == 0 ? sealSize : damaged.size());
-      damaged[at] ^= static_cast<char>(1u << random() % 8);
+      damaged[at] ^= char(1u << random() % 8);
       writeBytes(file, damaged);
-      REQUIRE(refusal() != "none");
+      REQUIRE(!refusal().empty());
     }
   }
   SECTION("of another problem") {
@@ -172,10 +160,10 @@ TEST_CASE("A failure to write keeps the previous state") {
                       Contains("state.h5") && Contains("cannot write to the folder"));
   const fs::path file = folder.path() / "state.h5";
   writeState(file, problem, {}, state);
-  const std::string bytes = readBytes(file);
+  const std::string bytes = test::readText(file);
   fs::create_directory(temporaryName(file, 0, "new"));  // in the way: another name is taken
   writeState(file, problem, {}, state);
-  REQUIRE(readBytes(file) == bytes);
+  REQUIRE(test::readText(file) == bytes);
   fs::create_directory(folder.path() / "folder.h5");
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
                       Contains("folder.h5: is not a regular file and cannot be replaced"));
@@ -191,12 +179,8 @@ TEST_CASE("States with impossible numbers are rejected, even with a valid seal")
     PackingState changed = state;
     change(changed);
     writeState(file, problem, {}, changed);
-    try {
-      readState(file, problem);
-    } catch (const InputError& error) {
-      return std::string(error.what()).find("is damaged") != std::string::npos;
-    }
-    return false;
+    return test::messageOf<InputError>([&] { readState(file, problem); }).find("is damaged") !=
+           std::string::npos;
   };
   REQUIRE_FALSE(refused([](PackingState&) {}));
   const double nan = std::numeric_limits<double>::quiet_NaN(),
@@ -239,7 +223,7 @@ void change(const fs::path& file, const std::string& table, std::size_t at, std:
     all.at(at) = value;
     REQUIRE(H5Dwrite(set, H5T_NATIVE_INT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) >= 0);
   }
-  const std::string head = readBytes(file).substr(0, sealSize), by = "written by ";
+  const std::string head = test::readText(file).substr(0, sealSize), by = "written by ";
   const std::size_t from = head.find(by) + by.size();
   REQUIRE(seal(file, {"state", stateVersion, head.substr(from, head.find('\n', from) - from)}).empty());
 }
@@ -265,12 +249,7 @@ TEST_CASE("Cells whose indices refer to nothing are refused, even with a valid s
   const auto refusal = [&](const std::string& table, std::size_t at, std::int32_t value) -> std::string {
     fs::copy_file(file, changed, fs::copy_options::overwrite_existing);
     change(changed, table, at, value);
-    try {
-      readStateCells(changed, {});
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return test::messageOf<InputError>([&] { readStateCells(changed, {}); });
   };
   CHECK(refusal("/cells/membrane", deformed, 0).empty());
   constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();

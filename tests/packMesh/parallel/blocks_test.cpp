@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <numeric>
-#include <random>
-#include <set>
-
 #include "packMesh/parallel/blocks.h"
 #include "tests/support/catch.h"
 
@@ -220,8 +215,6 @@ TEST_CASE("wrapped() moves points into one period, and forEachImage finds all ne
   const Box unitBox{{0, 0, 0}, {1, 1, 1}};
   REQUIRE(wrapped(Vec3(-1e-30, 0, 0), unitBox, Vec3::Ones()).x() == 0.0);
 }
-
-using namespace packmesh;
 
 namespace {
 

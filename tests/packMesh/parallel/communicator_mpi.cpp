@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <numeric>
-
 #include "packMesh/parallel/communicator.h"
 #include "tests/support/catch.h"
 
@@ -39,7 +37,7 @@ TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty
   std::vector<std::vector<int>> to(n);
   for (int other = 0; other < n; ++other) to[other].assign((r + other) % 3, 100 * r + other);
   const std::vector<std::vector<int>> received = ranks.exchange(to);
-  CHECK(static_cast<int>(received.size()) == n);
+  CHECK(int(received.size()) == n);
   for (int other = 0; other < n; ++other)
     CHECK(received[other] == std::vector<int>((r + other) % 3, 100 * other + r));
 
@@ -58,9 +56,9 @@ TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty
   CHECK(ranks.gatherRows(std::vector<std::string>(r, std::string(r, 'x'))) == rows);
   CHECK(ranks.exchangeRows(rowsTo) == rowsFrom);
 
-  const std::string own(3 * r, static_cast<char>('a' + r));
+  const std::string own(3 * r, char('a' + r));
   std::string all, streamed;
-  for (int other = 0; other < n; ++other) all += std::string(3 * other, static_cast<char>('a' + other));
+  for (int other = 0; other < n; ++other) all += std::string(3 * other, char('a' + other));
   ranks.streamToFirst({own.substr(0, r), "", std::string_view(own).substr(r)},
                       [&](std::string_view part) { streamed += part; });
   CHECK(streamed == (r == 0 ? all : ""));
@@ -79,20 +77,17 @@ TEST_CASE("Peers exchange messages of any length up to the longest, repeatedly",
   }
   for (int round = 0; round < 20; ++round) {
     for (Communicator::Peer& peer : peers)
-      peer.send.assign((round + ranks.rank()) % 11, static_cast<std::byte>(ranks.rank()));
+      peer.send.assign((round + ranks.rank()) % 11, std::byte(ranks.rank()));
     ranks.beginSwap(peers);
     ranks.endSwap(peers);
     for (const Communicator::Peer& peer : peers) {
-      REQUIRE(peer.length == static_cast<std::size_t>((round + peer.rank) % 11));
-      for (std::size_t k = 0; k < peer.length; ++k)
-        REQUIRE(peer.received[k] == static_cast<std::byte>(peer.rank));
+      REQUIRE(peer.length == std::size_t((round + peer.rank) % 11));
+      for (std::size_t k = 0; k < peer.length; ++k) REQUIRE(peer.received[k] == std::byte(peer.rank));
     }
     ranks.awaitSent();
   }
   REQUIRE((ranks.alone() || ranks.traffic().bytes > before));
 }
-
-using namespace packmesh;
 
 TEST_CASE("Failed ranks find out whether all others have failed, too", "[mpi]") {
   const Communicator ranks = Communicator::world();

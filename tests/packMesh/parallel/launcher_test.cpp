@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstdlib>
-#include <map>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
+#include <list>
 
 #include "packMesh/parallel/launcher.h"
 #include "tests/support/catch.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 
@@ -31,8 +27,6 @@ TEST_CASE("Numbers in the environment are read as a whole") {
   ::unsetenv(variable);
 }
 
-using namespace packmesh;
-
 namespace {
 
 /// The environment of a launcher, instead of that of this test, which a launcher may have started.
@@ -41,25 +35,13 @@ class RankEnvironment {
   explicit RankEnvironment(const std::vector<std::pair<std::string, std::string>>& variables) {
     for (const char* name :
          {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK", "PMI_SIZE", "PMI_RANK", "PMI_FD", "MPI_LOCALNRANKS",
-          "PMIX_RANK", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID", "SLURM_PTY_PORT", "SLURM_NTASKS"}) {
-      if (const char* text = std::getenv(name))
-        before_[name] = text;
-      else
-        before_[name] = std::nullopt;
-      unsetenv(name);
-    }
+          "PMIX_RANK", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID", "SLURM_PTY_PORT", "SLURM_NTASKS"})
+      all_.emplace_back(name, std::nullopt);
     for (const auto& [name, text] : variables) setenv(name.c_str(), text.c_str(), 1);
-  }
-  ~RankEnvironment() {
-    for (const auto& [name, text] : before_)
-      if (text)
-        setenv(name.c_str(), text->c_str(), 1);
-      else
-        unsetenv(name.c_str());
   }
 
  private:
-  std::map<std::string, std::optional<std::string>> before_;
+  std::list<test::Variable> all_;
 };
 
 }  // namespace

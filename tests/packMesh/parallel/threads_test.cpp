@@ -2,14 +2,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
-#include <filesystem>
-#include <iterator>
-#include <stdexcept>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "packMesh/parallel/threads.h"
 #include "tests/support/catch.h"
@@ -148,7 +142,7 @@ TEST_CASE("Values that several threads need are the same for all of them", "[par
   const Threads threads(4);
   std::vector<const std::string*> found(1000);
   threads.forEach(1000, [&](std::int64_t i, int) {
-    const int key = static_cast<int>(i % 17);
+    const int key = int(i % 17);
     found[i] = &texts.at(key, [&] { return std::to_string(key); });
   });
   REQUIRE(texts.size() == 17);
@@ -173,8 +167,6 @@ TEST_CASE("Each thread has a value of its own, far from those of the others", "[
 TEST_CASE("There is at least one core", "[parallel][threads]") {
   REQUIRE(availableCores() >= 1);
 }
-
-using namespace packmesh;
 
 TEST_CASE("A watched loop does every item once", "[parallel]") {
   const std::function<bool()> never;

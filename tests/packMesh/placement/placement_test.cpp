@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <set>
-
+#include "packMesh/placement/placement.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/container/primitives.h"
-#include "packMesh/placement/placement.h"
 #include "tests/support/catch.h"
 #include "tests/support/packings.h"
 #include "tests/support/physics.h"
-#include "tests/support/shapes.h"
 
 using namespace packmesh;
 
@@ -92,8 +88,6 @@ TEST_CASE("Initial positions are inside the lumen, and away from the wall where 
     REQUIRE(narrow->wall()->distance(pose.position).distance > 0.4);
 }
 
-using namespace packmesh;
-
 namespace {
 
 /// The certificate of cells where the columns have them.
@@ -130,7 +124,7 @@ TEST_CASE("Columns with enough room do not meet in boxes of any shape", "[placem
     for (const double fraction : {0.2, 0.45, 0.6}) {
       CAPTURE(size, fraction);
       const Box box{Vec3(3, -4, 5), Vec3(3, -4, 5) + size};
-      const auto count = static_cast<std::int64_t>(fraction * box.volume() / shape->volume());
+      const auto count = std::int64_t(fraction * box.volume() / shape->volume());
       const Columns columns(*shape, count, box, gap, 7);
       CHECK(columns.columnCount() > 0);
       const Certificate certificate = certificateOf(columns, *shape, count, box);

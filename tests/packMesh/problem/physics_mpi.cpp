@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-
 #include "packMesh/problem/physics.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/problem/physics.h"
 
-#include <utility>
-
-#include "packMesh/container/primitives.h"
-#include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
 #include "tests/support/catch.h"
 #include "tests/support/deformed.h"

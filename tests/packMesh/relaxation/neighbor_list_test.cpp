@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <algorithm>
-#include <map>
-#include <numeric>
-#include <random>
-#include <set>
-#include <tuple>
-
-#include "packMesh/parallel/blocks.h"
 #include "packMesh/relaxation/neighbor_list.h"
+#include "packMesh/parallel/blocks.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
@@ -41,7 +34,7 @@ Scene randomScene(unsigned seed, int count, double largestRadius, double size) {
   for (int i = 0; i < count; ++i) {
     Body b;
     b.id = 3 * i + 1;
-    b.shape = static_cast<int>(random() % 2);
+    b.shape = int(random() % 2);
     b.scale = random() % 3 == 0 ? 0.5 : 1.0;
     b.position = bounds.lo + bounds.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
     b.block = scene.blocks.blockOf(b.position);
@@ -85,7 +78,7 @@ std::set<Key> bruteForce(const Scene& s) {
   std::set<Key> out;
   int most[3];
   for (int k = 0; k < 3; ++k)
-    most[k] = s.period[k] > 0.0 ? 1 + static_cast<int>((2.0 * s.radii[0] + s.margin) / s.period[k]) : 0;
+    most[k] = s.period[k] > 0.0 ? 1 + int((2.0 * s.radii[0] + s.margin) / s.period[k]) : 0;
   for (const Body& a : s.bodies)
     for (const Body& b : s.bodies) {
       if (a.id > b.id) continue;
@@ -126,7 +119,7 @@ TEST_CASE("Pairs are stored at the block of the smaller id, in order of ids and 
   for (unsigned seed = 0; seed < 16; ++seed) {
     const Scene s = randomScene(seed, 120, 1.5, 25.0);
     const PairList pairs = list(s);
-    REQUIRE(pairs.size() == static_cast<std::size_t>(s.blocks.count()));
+    REQUIRE(pairs.size() == std::size_t(s.blocks.count()));
     for (int b = 0; b < s.blocks.count(); ++b)
       for (std::size_t p = 0; p < pairs[b].size(); ++p) {
         const ContactPair& pair = pairs[b][p];
@@ -153,7 +146,7 @@ TEST_CASE("There are no pairs without cells or with one cell in a large period",
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
   const std::vector<double> radii = {1.0};
   for (const std::vector<Body>& bodies : {std::vector<Body>(), std::vector<Body>(1)}) {
-    const std::vector<std::int64_t> start = {0, static_cast<std::int64_t>(bodies.size())};
+    const std::vector<std::int64_t> start = {0, std::int64_t(bodies.size())};
     PairList list(1);
     PairLister({bodies, start, radii, 0.1, bounds, bounds.size()}).list({0}, {}, list);
     REQUIRE(list[0].empty());

@@ -2,10 +2,7 @@
 #include "packMesh/relaxation/neighbor_list.h"
 #include "tests/support/catch.h"
 
-#include <algorithm>
-#include <random>
 #include <thread>
-#include <vector>
 
 using namespace packmesh;
 
@@ -24,7 +21,7 @@ OrderedScene randomScene(unsigned seed, int bodies, int pairs) {
   scene.bodies.resize(bodies);
   for (Body& body : scene.bodies) body.position = {unit(random), unit(random), unit(random)};
   for (int k = 0; k < pairs; ++k) {
-    const auto any = [&] { return static_cast<std::int32_t>(random() % bodies); };
+    const auto any = [&] { return std::int32_t(random() % bodies); };
     const auto [first, second] = std::minmax({any(), any()});
     scene.pairs.push_back({first, second, {0, 0, 0}});
   }
@@ -49,7 +46,7 @@ TEST_CASE("A thread that waits in vain leaves the rest to one thread", "[relaxat
     const auto isEveryOne = [](std::vector<std::int32_t> indices, std::size_t count) {
       std::sort(indices.begin(), indices.end());
       for (std::size_t k = 0; k < indices.size(); ++k)
-        if (indices[k] != static_cast<std::int32_t>(k)) return false;
+        if (indices[k] != std::int32_t(k)) return false;
       return indices.size() == count;
     };
     REQUIRE(isEveryOne(pairs, 1000));

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cmath>
-#include <random>
-
 #include "packMesh/shape/shape.h"
 #include "packMesh/shape/surface_distance.h"
 #include "tests/support/catch.h"

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <array>
-#include <map>
-#include <random>
-#include <set>
-
 #include "packMesh/shape/shape.h"
 #include "packMesh/shape/surface_distance.h"
 #include "tests/support/catch.h"
@@ -79,8 +74,6 @@ TEST_CASE("The support bound is tight for ellipsoids and red cells", "[shape]") 
   REQUIRE(slack(test::redCellShape()->mesh()) < 0.03);
 }
 
-using namespace packmesh;
-
 namespace {
 
 using Point = std::array<float, 3>;
@@ -99,10 +92,10 @@ std::set<Point> allPoints(const SamplePoints& s) {
 }
 
 void checkLayout(const SamplePoints& s) {
-  const std::size_t points = static_cast<std::size_t>(s.clusters) * SamplePoints::width;
+  const std::size_t points = std::size_t(s.clusters) * SamplePoints::width;
   REQUIRE((s.x.size() == points && s.y.size() == points && s.z.size() == points));
   REQUIRE(s.radius.size() % SamplePoints::width == 0);
-  REQUIRE(s.radius.size() >= static_cast<std::size_t>(s.clusters));
+  REQUIRE(s.radius.size() >= std::size_t(s.clusters));
   REQUIRE((s.centerX.size() == s.radius.size() && s.centerY.size() == s.radius.size() &&
            s.centerZ.size() == s.radius.size()));
   std::size_t distinct = 0;
@@ -123,7 +116,7 @@ void checkLayout(const SamplePoints& s) {
     if (s.clusters > 1) REQUIRE(mostOften <= 2);
     distinct += times.size();
   }
-  REQUIRE(static_cast<std::size_t>(s.clusters) ==
+  REQUIRE(std::size_t(s.clusters) ==
           (distinct + SamplePoints::width - 1) / SamplePoints::width);  // as few as can be
 }
 
@@ -141,9 +134,7 @@ TEST_CASE("Every vertex is a sample, and every surface point is near one", "[sha
       const SamplePoints samples = sampleSurface(mesh, spacing);
       checkLayout(samples);
       const std::set<Point> points = allPoints(samples);
-      for (const Vec3& v : mesh.vertices)
-        REQUIRE(
-            points.count({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())}));
+      for (const Vec3& v : mesh.vertices) REQUIRE(points.count({float(v.x()), float(v.y()), float(v.z())}));
       for (int n = 0; n < 300; ++n) {
         const std::size_t t = random() % mesh.triangles.size();
         double u = unit(random), v = unit(random);
@@ -176,8 +167,7 @@ TEST_CASE("Coarse samples are an evenly spread subset of the vertices", "[shape]
     checkLayout(coarse);
     const std::set<Point> points = allPoints(coarse);
     std::set<Point> vertices;
-    for (const Vec3& v : mesh.vertices)
-      vertices.insert({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
+    for (const Vec3& v : mesh.vertices) vertices.insert({float(v.x()), float(v.y()), float(v.z())});
     for (const Point& p : points) REQUIRE(vertices.count(p));
     REQUIRE(points.size() >= std::min<std::size_t>(32, vertices.size() / 4));
     REQUIRE(points.size() <= std::max<std::size_t>(32, vertices.size() / 4 + 1));

@@ -2,16 +2,12 @@
 // Runs every kernel on fixed inputs with each instruction set there is, and prints a hash of what each
 // returns. Fails where instruction sets differ. Needs nothing but the kernels, so that it is easily built for
 // another processor; inputs take IEEE operations only, so that they are the same on all of them.
-// To measure one: kernel_hashes <repetitions> <contact, grid, growth, hierarchy, membrane, proximity,
-// triangles, form or sampled>
-// <0: portable, 1: AVX2, 2: AVX-512>.
+// To measure one: kernel_hashes <repetitions> <kernel, as printed> <0: portable, 1: AVX2, 2: AVX-512>.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <map>
-#include <string>
 #include <vector>
 
 #include "packMesh/cat/growth_kernels.h"
@@ -94,7 +90,8 @@ std::vector<float> gridValues() {
   return values;
 }
 
-FieldView onGrid(const std::vector<float>& values) {
+FieldView onGrid() {
+  static const std::vector<float> values = gridValues();
   FieldView field{};
   field.onGrid = true;
   field.value = values.data();
@@ -103,26 +100,49 @@ FieldView onGrid(const std::vector<float>& values) {
   return field;
 }
 
-Hash contacts(InstructionSet set, FieldView field, int clusters) {
-  const auto kernel = contactKernel(set);
+/// Examples must show what they are for.
+void require(bool fulfilled) {
+  if (fulfilled) return;
+  std::fputs("the examples of a kernel are all of one kind\n", stderr);
+  std::exit(1);
+}
+
+/// With the bounds outside of which points are certainly apart.
+FieldView bounded(FieldView field) {
   field.ring = axes[0] - axes[1];
   field.thickness = axes[1];
   for (int k = 0; k < 3; ++k) field.extent[k] = axes[k];
+  return field;
+}
+
+/// A cell somewhere around another one, of another size now and then.
+void place(RelativeFrame& frame, float scale, Random& random) {
+  random.rotation(frame.m);
+  for (float& m : frame.m) m *= scale;
+  random.direction(frame.t);
+  const float apart = random.between(1.5f, 7.0f);
+  for (float& t : frame.t) t *= apart;
+  frame.scale = scale;
+}
+
+Hash contacts(InstructionSet set, const FieldView& field, int clusters) {
+  const auto kernel = contactKernel(set);
   const Samples samples(clusters, axes);
   Random random;
   Hash hash;
-  for (int example = 0; example < 100; ++example) {
+  int touching = 0, apart = 0;
+  for (int example = 0; example < 200; ++example) {
     RelativeFrame frame{};
-    random.rotation(frame.m);
-    random.direction(frame.t);
-    const float apart = random.between(1.5f, 7.0f);
-    for (float& t : frame.t) t *= apart;
-    frame.scale = 1.0f;
+    place(frame, example % 4 == 0 ? random.between(0.5f, 2.0f) : 1.0f, random);
     ClusterMask mask = allClusters;
-    for (const char* look : {"at all", "at those"}) {
+    for (const bool all : {true, false}) {
       ContactSums sums{};
-      kernel(samples.view(), frame, field, 0.02f, 0.3f, mask, sums);
-      for (float value : {sums.weight, sums.nearest, look[3] == 'a' ? 1.0f : 0.0f}) hash.add(value);
+      const float clearance = example % 3 == 0 ? 0.25f : 0.02f,
+                  margin = all && example % 2 == 0 ? 0.3f : 0.0f;
+      kernel(samples.view(), frame, field, clearance, margin, mask, sums);
+      ++(sums.weight > 0.0f ? touching : apart);
+      hash.add(sums.weight);
+      hash.add(sums.nearest);
       hash.add(mask);
       hash.add(sums.touched);
       if (!(sums.weight > 0.0f)) continue;
@@ -132,6 +152,7 @@ Hash contacts(InstructionSet set, FieldView field, int clusters) {
       hash.add(sums.deepest);
     }
   }
+  require(touching > 50 && apart > 50);
   return hash;
 }
 
@@ -173,10 +194,7 @@ void solve(InstructionSet set, const Columns<double, 8>& rows, int count, bool a
 }
 
 /// Chords between two cells, and the step of the second one within their planes.
-Hash growth(InstructionSet set, FieldView field) {
-  field.ring = axes[0] - axes[1];
-  field.thickness = axes[1];
-  for (int k = 0; k < 3; ++k) field.extent[k] = axes[k];
+Hash growth(InstructionSet set, const FieldView& field) {
   constexpr int clusters = 70, most = clusters * 16 + 16;
   const Samples samples(clusters, axes);
   std::vector<std::uint16_t> distinct;
@@ -186,11 +204,7 @@ Hash growth(InstructionSet set, FieldView field) {
   Hash hash;
   for (int example = 0; example < 100; ++example) {
     ChordFrame frame{};
-    random.rotation(frame.toSurface.m);
-    random.direction(frame.toSurface.t);
-    const float apart = random.between(1.5f, 7.0f);
-    for (float& t : frame.toSurface.t) t *= apart;
-    frame.toSurface.scale = 1.0f;
+    place(frame.toSurface, 1.0f, random);
     random.rotation(frame.sampled);
     random.rotation(frame.surface);
     frame.limit = random.between(0.3f, 3.0f);
@@ -275,10 +289,12 @@ Hash walls(InstructionSet set, WallFrame::Kind kind) {
   const Bricks coarse, fine;
   Random random;
   Hash hash;
+  int touching = 0, apart = 0;
   for (int example = 0; example < 100; ++example) {
     WallFrame frame{};
     random.rotation(frame.m);
-    frame.scale = 1.0f;
+    frame.scale = example % 3 == 0 ? 0.7f : 1.0f;
+    for (float& m : frame.m) m *= frame.scale;
     frame.kind = kind;
     frame.slack = kind == WallFrame::Kind::sampled ? 0.3f : 0.0f;
     float center[3];
@@ -294,13 +310,15 @@ Hash walls(InstructionSet set, WallFrame::Kind kind) {
     ClusterMask mask = allClusters;
     for (int look = 0; look < 2; ++look) {
       WallSums sums{};
-      kernel(samples.view(), frame, 0.02f, 0.3f, mask, sums);
+      kernel(samples.view(), frame, 0.02f, look == 0 && example % 3 == 0 ? 0.3f : 0.0f, mask, sums);
+      ++(sums.contacts > 0 ? touching : apart);
       hash.add(mask);
       hash.add(sums.contacts);
       hash.add(sums.nearest);
       for (int c = 0; c < sums.contacts; ++c) hash.add(sums.contact[c]);
     }
   }
+  require(touching > 20 && apart > 20);
   return hash;
 }
 
@@ -311,6 +329,8 @@ Hash triangles(InstructionSet set) {
   for (TriangleFacts& t : facts) {
     for (auto& corner : t.corner)
       for (float& x : corner) x = random.between(-2.0f, 2.0f);
+    if (&t - facts.data() < 2) std::memcpy(t.corner[2], t.corner[1], sizeof t.corner[2]);  // no area
+    if (&t == &facts[0]) std::memcpy(t.corner[0], t.corner[1], sizeof t.corner[0]);
     random.direction(t.normal);
     for (int e = 0; e < 3; ++e) {
       float squared = 0.0f;
@@ -318,7 +338,7 @@ Hash triangles(InstructionSet set) {
         t.edge[e][k] = t.corner[(e + 1) % 3][k] - t.corner[e][k];
         squared += t.edge[e][k] * t.edge[e][k];
       }
-      t.perSquare[e] = 1.0f / squared;
+      t.perSquare[e] = squared > 0.0f ? 1.0f / squared : 0.0f;
       for (int k = 0; k < 3; ++k)
         t.inward[e][k] =
             t.normal[(k + 1) % 3] * t.edge[e][(k + 2) % 3] - t.normal[(k + 2) % 3] * t.edge[e][(k + 1) % 3];
@@ -456,25 +476,31 @@ Hash hierarchies(InstructionSet set) {
   return hash;
 }
 
-std::map<std::string, std::uint64_t> hashes(InstructionSet set) {
-  const std::vector<float> values = gridValues();
-  return {
-    {"contact, closed form", contacts(set, closedForm(), 50).value()},
-        {"contact, coarse bits", contacts(set, closedForm(), 100).value()},
-        {"contact, grid", contacts(set, onGrid(values), 50).value()},
+struct Kernel {
+  const char* name;
+  Hash (*run)(InstructionSet);
+};
+
+const Kernel kernels[] = {
+    {"contact", [](InstructionSet set) { return contacts(set, bounded(closedForm()), 50); }},
+    {"contact-coarse-bits", [](InstructionSet set) { return contacts(set, bounded(closedForm()), 100); }},
+    {"contact-grid", [](InstructionSet set) { return contacts(set, bounded(onGrid()), 50); }},
 #if PACKMESH_CAT
-        {"growth, closed form", growth(set, closedForm()).value()},
-        {"growth, grid", growth(set, onGrid(values)).value()},
+    {"growth", [](InstructionSet set) { return growth(set, bounded(closedForm())); }},
+    {"growth-grid", [](InstructionSet set) { return growth(set, bounded(onGrid())); }},
 #endif
-        {"hierarchy", hierarchies(set).value()}, {"membrane", membranes(set).value()},
-        {"proximity, edges", proximity(set, ContactKind::edgeEdge).value()},
-        {"proximity, triangles", proximity(set, ContactKind::vertexTriangle).value()},
-        {"triangles", triangles(set).value()},
-        {"wall, closed form", walls(set, WallFrame::Kind::form).value()},
-        {"wall, coarse", walls(set, WallFrame::Kind::coarse).value()}, {
-      "wall, sampled", walls(set, WallFrame::Kind::sampled).value()
-    }
-  };
+    {"hierarchy", hierarchies},
+    {"membrane", membranes},
+    {"proximity-edges", [](InstructionSet set) { return proximity(set, ContactKind::edgeEdge); }},
+    {"proximity-triangles", [](InstructionSet set) { return proximity(set, ContactKind::vertexTriangle); }},
+    {"triangles", triangles},
+    {"wall-form", [](InstructionSet set) { return walls(set, WallFrame::Kind::form); }},
+    {"wall-coarse", [](InstructionSet set) { return walls(set, WallFrame::Kind::coarse); }},
+    {"wall-sampled", [](InstructionSet set) { return walls(set, WallFrame::Kind::sampled); }},
+};
+
+void print(std::uint64_t hash, const char* kernel) {
+  std::printf("%016llx %s\n", static_cast<unsigned long long>(hash), kernel);
 }
 
 }  // namespace
@@ -482,37 +508,22 @@ std::map<std::string, std::uint64_t> hashes(InstructionSet set) {
 
 int main(int argc, char** argv) {
   using namespace packmesh;
-  if (argc > 3) {  // one kernel many times, for measuring
-    const auto set = static_cast<InstructionSet>(std::atoi(argv[3]));
-    const std::vector<float> values = gridValues();
-    const std::string what = argv[2];
-    std::uint64_t all = 0;
-    for (int k = 0; k < std::atoi(argv[1]); ++k) {
-      if (what == "contact") all += contacts(set, closedForm(), 50).value();
-      if (what == "grid") all += contacts(set, onGrid(values), 50).value();
-#if PACKMESH_CAT
-      if (what == "growth") all += growth(set, closedForm()).value();
-#endif
-      if (what == "hierarchy") all += hierarchies(set).value();
-      if (what == "membrane") all += membranes(set).value();
-      if (what == "proximity") all += proximity(set, ContactKind::vertexTriangle).value();
-      if (what == "triangles") all += triangles(set).value();
-      if (what == "form") all += walls(set, WallFrame::Kind::form).value();
-      if (what == "sampled") all += walls(set, WallFrame::Kind::sampled).value();
+  for (const Kernel& kernel : kernels) {
+    if (argc > 3) {  // one kernel many times, for measuring
+      if (std::strcmp(kernel.name, argv[2]) != 0) continue;
+      std::uint64_t all = 0;
+      for (int k = 0; k < std::atoi(argv[1]); ++k)
+        all += kernel.run(static_cast<InstructionSet>(std::atoi(argv[3]))).value();
+      print(all, kernel.name);
+      continue;
     }
-    std::printf("%016llx\n", static_cast<unsigned long long>(all));
-    return 0;
+    const std::uint64_t expected = kernel.run(InstructionSet::portable).value();
+    print(expected, kernel.name);
+    for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
+      if (available(set) && kernel.run(set).value() != expected) {
+        std::fprintf(stderr, "%s: other bytes with instruction set %d\n", kernel.name, static_cast<int>(set));
+        return 1;
+      }
   }
-  const auto expected = hashes(InstructionSet::portable);
-  for (const auto& [kernel, hash] : expected)
-    std::printf("%016llx %s\n", static_cast<unsigned long long>(hash), kernel.c_str());
-  for (InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
-    if (available(set))
-      for (const auto& [kernel, hash] : hashes(set))
-        if (hash != expected.at(kernel)) {
-          std::fprintf(stderr, "%s: other bytes with instruction set %d\n", kernel.c_str(),
-                       static_cast<int>(set));
-          return 1;
-        }
   return 0;
 }

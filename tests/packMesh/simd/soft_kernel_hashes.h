@@ -88,6 +88,8 @@ inline Hash membranes(InstructionSet set) {
   const int begin[vertices + 1] = {0, 4, 8, 12, 16, 20, 24};
   const std::vector<float> share(vertices * neighbors, 0.25f), inverseLength(edges, 0.7071f),
       inverseArea(triangles, 1.1547f), deviation(vertices, 0.7f);
+  const MembraneLaw link{9.0f, 2.9f, 50.0f}, bend{0.0555f, 0.2f, 60.0f}, area{0.0625f, 0.24f, 80.0f},
+      volumeLaw{0.01f, 0.09f, 100.0f};
   const MembraneView view{vertices,
                           edges,
                           triangles,
@@ -107,10 +109,10 @@ inline Hash membranes(InstructionSet set) {
                           0.4f,
                           0.2f,
                           3.0f,
-                          {9.0f, 2.9f, 50.0f},
-                          {0.0555f, 0.2f, 60.0f},
-                          {0.0625f, 0.24f, 80.0f},
-                          {0.01f, 0.09f, 100.0f},
+                          link,
+                          bend,
+                          area,
+                          volumeLaw,
                           2.0f};
   constexpr float at[vertices][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   Random random;

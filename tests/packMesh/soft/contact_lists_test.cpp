@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/soft/contact_lists.h"
 
-#include <array>
-#include <set>
-
 #include "packMesh/mesh/closest_point.h"
 #include "tests/packMesh/soft/soft_meshes.h"
 #include "tests/support/catch.h"

@@ -155,7 +155,7 @@ TEST_CASE("platelets and white cells have links through the cell, of which those
 }
 
 TEST_CASE("a deformation states the largest changes", "[soft]") {
-  const Membrane membrane(sample::roundSphere(2, 2.0), {});
+  const Membrane membrane(test::icosphere(2, 2.0), {});
   std::vector<Vec3> larger = membrane.mesh().vertices;
   for (Vec3& v : larger) v *= 1.01;
   const Deformation d = deformationOf(membrane, larger);
@@ -169,7 +169,7 @@ TEST_CASE("a deformation states the largest changes", "[soft]") {
 }
 
 TEST_CASE("surfaces that are open, or have too many triangles, are no membranes", "[soft]") {
-  TriangleMesh open = sample::roundSphere(1);
+  TriangleMesh open = test::icosphere(1);
   open.triangles.pop_back();
   CHECK_THROWS_AS(Membrane(open, {}), InputError);
   CHECK_THROWS_WITH(Membrane(sample::sphere(Vec3::Zero(), 1.0, 130, 130), {}), Contains("at most 32767"));

@@ -101,7 +101,7 @@ TEST_CASE("cells that touch nothing stay as they are", "[soft]") {
 }
 
 TEST_CASE("cells that nearly touch are pushed apart to the range of the barrier", "[soft]") {
-  const TriangleMesh mesh = sample::roundSphere(3, 2.0);
+  const TriangleMesh mesh = test::icosphere(3, 2.0);
   const auto membrane = std::make_shared<const Membrane>(mesh, MembraneConstants());
   for (const double gap : {1e-5, 1e-2}) {
     SoftCells cells({{membrane, placedAt(mesh, 1.0, Vec3(0, 0, 0)), 1.0},
@@ -116,7 +116,7 @@ TEST_CASE("cells that nearly touch are pushed apart to the range of the barrier"
 }
 
 TEST_CASE("whether many cells are at rest does not depend on one in a hundred", "[soft]") {
-  const TriangleMesh mesh = sample::roundSphere(1, 1.0);
+  const TriangleMesh mesh = test::icosphere(1, 1.0);
   const auto membrane = std::make_shared<const Membrane>(mesh, MembraneConstants());
   const auto force = [&](int count, int stretched, int fixed) {
     std::vector<SoftCell> all;
@@ -138,7 +138,7 @@ TEST_CASE("whether many cells are at rest does not depend on one in a hundred", 
 
 TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
   const Crowd crowd;
-  const TriangleMesh sphere = sample::roundSphere(3, 1.0);
+  const TriangleMesh sphere = test::icosphere(3, 1.0);
   const std::vector<Vec3> before = placedAt(crowd.mesh, 1.0, Vec3::Zero());  // the axis along y
   double bottom = 0.0;
   for (const Vec3& v : before) bottom = std::min(bottom, v.y());
@@ -169,7 +169,7 @@ TEST_CASE("a contact moves and turns the whole cell at once", "[soft]") {
 }
 
 TEST_CASE("walls keep cells, and fixed cells keep their place", "[soft]") {
-  const TriangleMesh mesh = sample::roundSphere(3, 2.0);
+  const TriangleMesh mesh = test::icosphere(3, 2.0);
   const auto membrane = std::make_shared<const Membrane>(mesh, MembraneConstants());
   const auto tube = makeCylinder(Vec3(10, 0, 0), 0, 1.7, 20.0, false);
   const ClosedFormWall form = *tube->wall()->closedForm();

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <cstring>
-#include <random>
-
+#include "packMesh/soft/soft_kernels.h"
 #include "packMesh/core/vector.h"
 #include "packMesh/mesh/closest_point.h"
-#include "packMesh/soft/soft_kernels.h"
 #include "tests/support/catch.h"
 
 namespace packmesh {
@@ -67,13 +64,14 @@ struct Result {
   std::vector<Reaction> reactions = std::vector<Reaction>(16);
   int count = 0;
 };
-Result forcesOf(const Contacts& c, const Barrier& barrier, InstructionSet set, Approach approach = {}) {
+Result forcesOf(const Contacts& c, const Barrier& barrier, Approach approach = {}) {
   Result r;
   std::memset(r.reactions.data(), 0, r.reactions.size() * sizeof(Reaction));
   float notYet = 0.0f;
   if (!approach.until) approach.until = &notYet;
-  r.count = proximityKernels(set).forces(c.kind, c.pair(), &c.fours, Contacts::count, barrier, approach,
-                                         r.forces.data(), r.gaps.data(), r.reactions.data());
+  r.count = proximityKernels(chosenInstructionSet())
+                .forces(c.kind, c.pair(), &c.fours, Contacts::count, barrier, approach, r.forces.data(),
+                        r.gaps.data(), r.reactions.data());
   return r;
 }
 
@@ -87,7 +85,7 @@ TEST_CASE("contacts out of range are not computed until cells can have come near
       const float range = float(0.5 * least);
       float until = 0.0f;
       const auto count = [&](float within, float moved) {
-        return forcesOf(c, {0.0f, within, 20.0f}, InstructionSet::portable, {moved, &until}).count;
+        return forcesOf(c, {0.0f, within, 20.0f}, {moved, &until}).count;
       };
       CHECK(count(range, 0.1f) == 0);
       CHECK(until == Approx(least + 0.1).epsilon(1e-3));
@@ -103,7 +101,7 @@ TEST_CASE("contacts have the distance, the force of the barrier and its reaction
   for (const ContactKind kind : {ContactKind::vertexTriangle, ContactKind::edgeEdge})
     for (unsigned seed = 1; seed <= 50; ++seed) {
       const Contacts c(kind, seed);
-      const Result r = forcesOf(c, barrier, InstructionSet::portable);
+      const Result r = forcesOf(c, barrier);
       int expected = 0;
       for (int n = 0; n < Contacts::count; ++n) {
         const double gap = distanceOf(c, n) - 0.02;
@@ -139,23 +137,6 @@ TEST_CASE("contacts have the distance, the force of the barrier and its reaction
       }
       CHECK(r.count >= expected);
     }
-}
-
-TEST_CASE("every instruction set gives the same bits of contacts", "[soft]") {
-  for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
-    if (!available(set)) continue;
-    for (const ContactKind kind : {ContactKind::vertexTriangle, ContactKind::edgeEdge}) {
-      const Contacts c(kind, 3);
-      const Result a = forcesOf(c, {0.0f, 0.6f, 20.0f}, InstructionSet::portable);
-      const Result b = forcesOf(c, {0.0f, 0.6f, 20.0f}, set);
-      REQUIRE(a.count > 0);
-      CHECK(a.count == b.count);
-      CHECK(a.forces == b.forces);
-      CHECK(a.gaps == b.gaps);
-      for (int n = 0; n < a.count; ++n)
-        for (int k = 0; k < 3; ++k) CHECK(a.reactions[n].force[k] == b.reactions[n].force[k]);
-    }
-  }
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "packMesh/packing/state_file.h"

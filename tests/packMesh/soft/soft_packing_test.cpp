@@ -263,8 +263,7 @@ std::vector<std::int64_t> requireSameFromAnyState(PackingProblem problem,
     }
   };
   requireSame(uninterrupted);
-  for (std::size_t i = 0; i < states.size();
-       i += i + 1 < states.size() ? (states.size() - 1 - i + 2) / 3 : 1) {
+  for (std::size_t i = 0; i < states.size(); i += i + 1 < states.size() ? (states.size() - i) / 2 : 1) {
     iterations.push_back(states[i].soft->counters[0]);
     CAPTURE(iterations.back());
     writeState(folder.path() / "s.h5", problem, {"asked", {}, ""}, states[i]);

@@ -40,7 +40,6 @@ class Packmesh(CMakePackage):
     depends_on("catch2@2.13:2", type="build", when="+tests")
     depends_on("glpk", type="build", when="+tests")
     depends_on("gmp", type="build", when="+tests")
-    depends_on("google-benchmark", type="build", when="+tests")
     depends_on("povray", type=("build", "run"), when="+tests")
 
     # Parts of the page of reports. The files of three.js r111 have the checksums of those in its package 0.111.0 for npm.
