@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 TEST_CASE("check tests the requested clearances", "[executable]") {
   const TemporaryFolder folder;
   const std::string tube = "--cylinder x 8 30 ";
-  REQUIRE(run(folder.path(), tube + "--rbc 9 --clearance 0.2 --wall-clearance 0.3").exitCode == 0);
+  ok(folder, tube + "--rbc 9 --clearance 0.2 --wall-clearance 0.3");
   for (const auto& [asked, exitCode] :
        std::vector<std::pair<std::string, ExitCode>>{{"", ExitCode::ok},
                                                      {"--clearance 0.2 --wall-clearance 0.3", ExitCode::ok},
@@ -37,16 +37,15 @@ TEST_CASE("check reports what it could not examine", "[executable]") {
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
   CHECK_THAT(run(folder.path(), "check config.xml").out, Contains("Verdict: clean\n"));
   writeText(folder.path() / "ghost.pos", rbcPos("8 8 8 0 0 0\n", 1));
-  const Ran ran = run(folder.path(), "check config.xml");
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "check config.xml");
   CHECK_THAT(ran.out, Contains("Verdict: clean; not examined: ghost.pos\n"));
 }
 
 TEST_CASE("check numbers cells as packing does", "[executable]") {
   const TemporaryFolder folder;
-  REQUIRE(run(folder.path(), "20 20 20 --rbc 2 --plt 2 --export csv").exitCode == 0);
+  ok(folder, "20 20 20 --rbc 2 --plt 2 --export csv");
   const std::string packed = readText(folder.path() / "cells.csv");
-  REQUIRE(run(folder.path(), "check --box 20 20 20 --export csv").exitCode == 0);
+  ok(folder, "check --box 20 20 20 --export csv");
   const auto order = [](const std::string& text) { return text.find("RBC") < text.find("PLT"); };
   CHECK(order(packed));
   CHECK(order(readText(folder.path() / "cells.csv")));
@@ -57,9 +56,7 @@ TEST_CASE("check stops searching for overlaps when all cells overlap", "[executa
   std::string file = "1000\n";
   for (int cell = 0; cell < 1000; ++cell) file += fmt::format("{}e-6 1e-6 2e-6 0 0 0\n", cell % 20);
   writeText(folder.path() / "RBC.pos", file);
-  const Ran ran = run(folder.path(), "check 20 20 20");
-  INFO(ran.all());
-  CHECK(ran.exitCode == int(ExitCode::faultsFound));
+  const Ran ran = ended(folder, int(ExitCode::faultsFound), "check 20 20 20");
   CHECK_THAT(ran.out, Contains("Overlapping pairs: at least 100000\n") &&
                           Contains("further pairs were not examined") &&
                           Contains("RBC.pos:2 and RBC.pos:3") && Contains("Verdict: not clean"));
@@ -88,20 +85,18 @@ TEST_CASE("check writes the same outputs of files as the run that packed them", 
       " --report out/report.html --pov --vtp --vtp-meshes --export csv --export lammps";
   ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0.2 --export csv --vtp" + outputs);
   const std::string pos = readText(folder.path() / "RBC.pos");
-  const nlohmann::json packed = nlohmann::json::parse(readText(folder.path() / "out/report.json"));
+  const nlohmann::json packed = readJson(folder.path() / "out/report.json");
   const std::vector<std::string> names = {"cells.csv",    "cells.lammps",  "lumen.vtp",      "RBC.vtp",
                                           "RBC_mesh.vtp", "RBC_cells.vtp", "out/report.html"};
   for (const std::string& name : names) fs::remove(folder.path() / name);
-  const Ran ran = run(folder.path(), "check config.xml" + outputs);
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "check config.xml" + outputs);
   for (const std::string& name : names) {
     CAPTURE(name);
     CHECK(fs::exists(folder.path() / name));
     CHECK_THAT(ran.out, Contains("Wrote ") && Contains(name));
   }
   CHECK(readText(folder.path() / "RBC.pos") == pos);
-  const nlohmann::json checked = nlohmann::json::parse(readText(folder.path() / "out/report.json"));
+  const nlohmann::json checked = readJson(folder.path() / "out/report.json");
   CHECK(checked["outcome"] == "checked");
   CHECK(checked["hematocrit"][0] == packed["hematocrit"][0]);
   CHECK(checked["certificate"]["minimumGap"] == packed["certificate"]["minimumGap"]);
@@ -115,10 +110,9 @@ TEST_CASE("check writes the same outputs of files as the run that packed them", 
 TEST_CASE("check reports files with violations", "[executable]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n9 8 8 0 0 0\n90000 8 8 0 0 0\n", 3));
-  const Ran ran = run(folder.path(), "check 20 20 20 --ends closed --walls xyz --report r.html --vtp");
-  INFO(ran.all());
-  CHECK(ran.exitCode == int(ExitCode::faultsFound));
-  const nlohmann::json report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const Ran ran = ended(folder, int(ExitCode::faultsFound),
+                        "check 20 20 20 --ends closed --walls xyz --report r.html --vtp");
+  const nlohmann::json report = readJson(folder.path() / "r.json");
   CHECK(report["certificate"]["overlapping"] == 1);
   CHECK(report["certificate"]["clean"] == false);
   CHECK_THAT(readText(folder.path() / "r.html"), Contains("\"overlapping\":[[0,1]]"));
@@ -140,7 +134,7 @@ TEST_CASE("check of a state names the state, and no .pos files", "[executable]")
 TEST_CASE("check writes no outputs that only the configuration requests", "[executable]") {
   const SampleCase folder("<packing> <report> report.html </report> <vtp> true </vtp> </packing>");
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
   CHECK_FALSE(fs::exists(folder.path() / "report.html"));
   CHECK_FALSE(fs::exists(folder.path() / "RBC.vtp"));
 }
@@ -148,8 +142,7 @@ TEST_CASE("check writes no outputs that only the configuration requests", "[exec
 TEST_CASE("check reports on one folder, not on realisations", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "20 20 20 --rbc 1 --realisations 2");
-  const Ran ran = run(folder.path(), "check 20 20 20 --report r.html");
-  CHECK(ran.exitCode == 1);
+  const Ran ran = ended(folder, 1, "check 20 20 20 --report r.html");
   CHECK_THAT(ran.err, Contains("--output-dir"));
-  CHECK(run(folder.path(), "check 20 20 20 --report r.html --output-dir realisation_2").exitCode == 0);
+  ok(folder, "check 20 20 20 --report r.html --output-dir realisation_2");
 }

@@ -60,9 +60,8 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
   }
   requireRefused(rows);
   const TemporaryFolder folder;
-  CHECK(run(folder.path(), box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5")
-            .exitCode == 0);
-  CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
+  ok(folder, box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5");
+  ok(folder, "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv");
 }
 
 TEST_CASE("Names that a folder or a state gives to cells are not exported as formulas or written elsewhere",
@@ -177,7 +176,7 @@ TEST_CASE("Folders without permission are distinguished from missing files", "[e
   fs::create_symlink("../locked/RBC.pos", folder.path() / "out/RBC.pos");
   fs::permissions(folder.path() / "locked", fs::perms::none);
   const auto say = [&](const std::string& arguments) {
-    return run(folder.path(), arguments, (folder.path() / "program").string(), asNobody);
+    return runProcess(folder.path(), arguments, asNobody, (folder.path() / "program").string());
   };
   const Ran reading = say("locked/config.xml --rbc 1");
   INFO(reading.all());
@@ -207,9 +206,7 @@ TEST_CASE("Input of implausible size is rejected, and large input is read quickl
   });
   const TemporaryFolder folder;
   writeText(folder.path() / "config.xml", caseOf(ellipsoids(2000)));
-  const Ran ran = run(folder.path(), "config.xml --validate");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --validate");
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
 }
 
@@ -234,14 +231,12 @@ TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]")
   });
   const SampleCase folder;  // a tag of the case's own beside <packing>
   config("<hemocell>" + domain + packing + "<packings/><backing/></hemocell>")(folder.path());
-  const Ran ran = run(folder.path(), "config.xml --rbc 1 --validate");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --rbc 1 --validate");
 }
 
 TEST_CASE("check is recognised at any position of the command line", "[executable]") {
   const SampleCase folder;
-  REQUIRE(run(folder.path(), "config.xml --rbc 5").exitCode == 0);
+  ok(folder, "config.xml --rbc 5");
   const Ran usual = run(folder.path(), "check config.xml"), other = run(folder.path(), "config.xml check");
   INFO(other.all());
   CHECK(other.exitCode == 0);

@@ -85,7 +85,7 @@ void requireSameOnRanks(const std::string& arguments, const std::vector<Team>& t
     CAPTURE(team.ranks, team.threads);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
-    const Ran ran = run(folder.path(), arguments, "packMesh", started(team));
+    const Ran ran = runProcess(folder.path(), arguments, started(team));
     INFO(ran.all());
     REQUIRE(ran.exitCode == 0);
     if (files.empty()) {
@@ -137,7 +137,7 @@ void requireSameCheck(const TemporaryFolder& folder, const std::string& argument
   std::string files, story;
   for (const Team& team : teams) {
     CAPTURE(team.ranks, team.threads);
-    const Ran ran = run(folder.path(), arguments, "packMesh", started(team));
+    const Ran ran = runProcess(folder.path(), arguments, started(team));
     INFO(ran.all());
     REQUIRE(ran.exitCode == exitCode);
     const std::string written = filesOf(folder.path(), before), said = storyOf(ran.out) + own(ran.err);
@@ -211,7 +211,7 @@ TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ran
     CAPTURE(fault.arguments);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
-    const Ran ran = run(folder.path(), fault.arguments, "packMesh", onRanks(3));
+    const Ran ran = runProcess(folder.path(), fault.arguments, onRanks(3));
     INFO(ran.all());
     CHECK(ran.exitCode == fault.exitCode);
     CHECK_THAT(ran.err, Contains(fault.message));
@@ -228,12 +228,12 @@ TEST_CASE("A rank that finds different files than the first rank ends all ranks"
   writeText(folder.path() / "elsewhere", "[ \"$OMPI_COMM_WORLD_RANK\" = 1 ] && cd other\nexec \"$@\"\n");
   const std::string prefix = onRanks(3) + " bash '" + (folder.path() / "elsewhere").string() + "'";
   const std::string arguments = "config.xml --hematocrit 0.2 --output-dir .";
-  const Ran same = run(folder.path(), arguments, "packMesh", prefix);
+  const Ran same = runProcess(folder.path(), arguments, prefix);
   INFO(same.all());
   REQUIRE(same.exitCode == 0);
   fs::remove(folder.path() / "RBC.pos");
   writeText(folder.path() / "other/tube.stl", tubeStl(2.6, 0.75, 48));
-  const Ran other = run(folder.path(), arguments, "packMesh", prefix);
+  const Ran other = runProcess(folder.path(), arguments, prefix);
   INFO(other.all());
   REQUIRE(other.exitCode == 2);
   REQUIRE_THAT(other.err, Contains("rank 1 has a different problem than rank 0"));
@@ -243,7 +243,7 @@ TEST_CASE("A rank that finds different files than the first rank ends all ranks"
 
 TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   const SampleCase folder;
-  const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
+  const Ran ran = runProcess(folder.path(), "30 30 30 --hematocrit 0.2", onRanks(4));
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks; 3 had nothing to do"));
@@ -251,7 +251,7 @@ TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
 
 TEST_CASE("check says and writes the same on any ranks", "[ranks][long]") {
   const SampleCase folder;
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5");
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --export csv --export lammps-molecular --export stl";
   requireSameCheck(folder, "check config.xml" + outputs, 0, "Verdict: clean", manyTeams);
@@ -272,7 +272,7 @@ TEST_CASE("check says and writes the same on any ranks", "[ranks][long]") {
 TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   const std::string box = " --box 60 30 30 --ends periodic";
-  REQUIRE(run(folder.path(), "60 30 30 --ends periodic --hematocrit 0.3").exitCode == 0);
+  ok(folder, "60 30 30 --ends periodic --hematocrit 0.3");
   requireSameCheck(folder, "check" + box + " --report report.json --vtp --export csv", 0, "Verdict: clean");
   const std::string cells = readText(folder.path() / "RBC.pos");
   writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.9));
@@ -322,7 +322,7 @@ TEST_CASE("check refuses files with the same words on any ranks", "[ranks][long]
 
 TEST_CASE("check of realisations says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
-  REQUIRE(run(folder.path(), "30 30 30 --hematocrit 0.2 --realisations 3").exitCode == 0);
+  ok(folder, "30 30 30 --hematocrit 0.2 --realisations 3");
   requireSameCheck(folder, "check --box 30 30 30", 0, "Verdict: 3 of 3 folders clean");
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(folder.path()))
@@ -335,7 +335,7 @@ TEST_CASE("check of realisations says the same on any ranks", "[ranks][long]") {
 
 TEST_CASE("An error found by all ranks is reported once", "[ranks]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "50 50 50 --rbc 60 --clearance 20", "packMesh", onRanks(3));
+  const Ran ran = runProcess(folder.path(), "50 50 50 --rbc 60 --clearance 20", onRanks(3));
   INFO(ran.all());
   CHECK(ran.exitCode == 2);
   CHECK(count(ran.err, "(packMesh) (Error) ") == 1);

@@ -20,20 +20,16 @@ TEST_CASE("Realisations differ by their seeds and have separate folders", "[exec
     texts.insert(readText(folder.path() / (std::string("realisation_") + i) / "RBC.pos"));
   CHECK(texts.size() == 10);
   CHECK(readText(folder.path() / "realisation_02/RBC.pos") == readText(folder.path() / "alone/RBC.pos"));
-  const Ran failed = run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 5 --realisations 2");
-  CHECK(failed.exitCode == 3);
+  const Ran failed = ended(folder, 3, "15 15 15 --hematocrit 0.7 --max-iterations 5 --realisations 2");
   CHECK_THAT(failed.err, Contains("realisations that failed: 1, 2"));
 }
 
 TEST_CASE("The reports of realisations name their neighbours", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "15 15 15 --rbc 2 --realisations 10 --report r.json");
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "15 15 15 --rbc 2 --realisations 10 --report r.json");
   CHECK_THAT(ran.out,
              Contains("To compare them: packmesh compare ./realisation_*/r.json --page compare.html"));
-  const auto realisation = [&](const char* path) {
-    return nlohmann::json::parse(readText(folder.path() / path))["realisation"];
-  };
+  const auto realisation = [&](const char* path) { return readJson(folder.path() / path)["realisation"]; };
   CHECK(realisation("realisation_01/r.json") ==
         nlohmann::json{{"number", 1}, {"of", 10}, {"previous", nullptr}, {"next", "realisation_02"}});
   CHECK(realisation("realisation_09/r.json")["next"] == "realisation_10");
@@ -82,8 +78,7 @@ TEST_CASE("A restart continues the remaining realisations from any working direc
   const std::string table = readText(folder.path() / "realisations.csv");
   CHECK(std::count(table.begin(), table.end(), '\n') == 4);
   fs::rename(folder.path() / "realisation_2/s.h5", folder.path() / "s.h5");
-  const Ran elsewhere = run(folder.path(), "--restart s.h5");
-  CHECK(elsewhere.exitCode == 1);
+  const Ran elsewhere = ended(folder, 1, "--restart s.h5");
   CHECK_THAT(elsewhere.err, Contains("./realisation_1/state.h5; found 's.h5'"));
 }
 
@@ -151,6 +146,6 @@ TEST_CASE("Means and standard deviations of realisations are printed and written
   CHECK_FALSE(std::getline(rows, row));
   ok(folder, "15 15 15 --hematocrit 0.7 --max-iterations 1 --realisations 2 --best-effort");
   CHECK_THAT(readText(folder.path() / "realisations.csv"), Contains("1,1,bestEffort,"));
-  CHECK(run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 1 --realisations 2").exitCode == 3);
+  ended(folder, 3, "15 15 15 --hematocrit 0.7 --max-iterations 1 --realisations 2");
   CHECK_THAT(readText(folder.path() / "realisations.csv"), Contains("2,2,failed,,,,,,,"));
 }

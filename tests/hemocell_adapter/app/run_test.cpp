@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -34,23 +35,21 @@ TEST_CASE("A second run in the same folder is rejected and names the first", "[e
   {
     const RunLock held = RunLock::ofFolder(folder.path());
     for (const std::string more : {"", " --realisations 2"}) {
-      const Ran second = run(folder.path(), small + more);
-      INFO(second.all());
-      CHECK(second.exitCode == int(ExitCode::cannotWrite));
+      const Ran second = ended(folder, int(ExitCode::cannotWrite), small + more);
       CHECK_THAT(second.err, Contains("another packMesh is writing into this folder (process " +
                                       std::to_string(getpid()) + " on "));
       CHECK_THAT(second.err, Contains("--output-dir"));
     }
     CHECK(folder.files() == 1);
-    CHECK(run(folder.path(), small + " --validate").exitCode == 0);
-    CHECK(run(folder.path(), small + " --dry-run").exitCode == 0);
-    CHECK(run(folder.path(), small + " --output-dir other").exitCode == 0);
+    ok(folder, small + " --validate");
+    ok(folder, small + " --dry-run");
+    ok(folder, small + " --output-dir other");
     CHECK(run(folder.path() / "other", "check --box 20 20 20").exitCode == 0);
     fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos");
-    CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
+    ok(folder, "check --box 20 20 20");
     CHECK_THROWS_AS(RunLock::ofFolder(folder.path()), packmesh::OutputError);
   }
-  CHECK(run(folder.path(), small).exitCode == 0);
+  ok(folder, small);
   CHECK(folder.files() == 2);  // RBC.pos, other
 }
 
@@ -58,19 +57,17 @@ TEST_CASE("A second run with the same state is rejected in any folder", "[execut
   const TemporaryFolder folder;
   {
     const RunLock held = RunLock::ofFile(folder.path() / "s.h5");
-    const Ran second = run(folder.path(), small + " --output-dir other --state s.h5");
-    INFO(second.all());
-    CHECK(second.exitCode == int(ExitCode::cannotWrite));
+    const Ran second = ended(folder, int(ExitCode::cannotWrite), small + " --output-dir other --state s.h5");
     CHECK_THAT(second.err, Contains("s.h5: another packMesh is writing it (process "));
     CHECK(folder.files() == 1);  // the folder that stayed empty is gone
   }
   // What a killed run left of a state goes away; what other states have left stays, or is being written.
   const auto temporary = [&](const char* state) { return temporaryName(folder.path() / state, 0, "new"); };
   for (const char* state : {"s", "s.h5", "t.h5"}) writeText(temporary(state), "half");
-  CHECK(run(folder.path(), small + " --state s").exitCode == 0);
+  ok(folder, small + " --state s");
   CHECK_FALSE(fs::exists(temporary("s")));
   CHECK(fs::exists(temporary("s.h5")));
-  CHECK(run(folder.path(), small + " --state s.h5").exitCode == 0);
+  ok(folder, small + " --state s.h5");
   CHECK_FALSE(fs::exists(temporary("s.h5")));
   CHECK(fs::exists(temporary("t.h5")));
   CHECK(folder.files() == 4);  // RBC.pos, s, s.h5, what is left of t.h5
@@ -89,7 +86,7 @@ TEST_CASE("A lock ends with its process, however the process ends", "[executable
   }
   char taken = 0;
   REQUIRE(read(ready[0], &taken, 1) == 1);
-  CHECK(run(folder.path(), small).exitCode == int(ExitCode::cannotWrite));
+  ended(folder, int(ExitCode::cannotWrite), small);
   // What it was writing: the name has its number.
   const std::string own = std::to_string(getpid());
   std::string left = temporaryName(folder.path() / "RBC.pos", 0, "new").filename().string();
@@ -102,7 +99,7 @@ TEST_CASE("A lock ends with its process, however the process ends", "[executable
   close(ready[0]);
   close(ready[1]);
   CHECK(fs::exists(folder.path() / ".packMesh.lock"));
-  CHECK(run(folder.path(), small).exitCode == 0);
+  ok(folder, small);
   CHECK_FALSE(fs::exists(folder.path() / left));
   CHECK(fs::exists(other));
   CHECK(folder.files() == 2);  // RBC.pos as well
@@ -127,9 +124,7 @@ using namespace packmesh::test;
 
 TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[executable]") {
   const SampleCase folder;
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
   const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
   CHECK(rbc > 10);
   CHECK(plt == std::lround(0.2 * rbc));
@@ -139,17 +134,15 @@ TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[exec
   CHECK_THAT(packed.out, !Contains("packCells"));  // by whose volume nobody counts here
   CHECK_THAT(packed.out, Contains("<Volume>"));
 
-  const Ran checked = run(folder.path(), "check config.xml");
-  INFO(checked.all());
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check config.xml");
   CHECK_THAT(checked.out, Contains("Verdict: clean"));
   CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (not set in case.cpp)"));
 
   // Same seed, same bytes; another seed, another packing.
   const std::string first = readText(folder.path() / "RBC.pos");
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
   CHECK(readText(folder.path() / "RBC.pos") == first);
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4");
   CHECK(readText(folder.path() / "RBC.pos") != first);
 }
 
@@ -157,18 +150,16 @@ TEST_CASE("The packing section is sufficient, and options override it", "[execut
   const SampleCase folder(
       "<packing> <hematocrit> 0.2 </hematocrit> <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/> "
       "</packing>");
-  const Ran ran = run(folder.path(), "config.xml");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml");
   const int n = cellsIn(folder.path() / "RBC.pos");
   CHECK_FALSE(fs::exists(folder.path() / "PLT.pos"));
   CHECK_THAT(ran.out, Contains("minimum distance from solid 1 µm"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.1").exitCode == 0);
+  ok(folder, "check config.xml");
+  ok(folder, "config.xml --hematocrit 0.1");
   CHECK(cellsIn(folder.path() / "RBC.pos") < n);
-  CHECK(run(folder.path(), "config.xml --rbc 3").exitCode == 0);
+  ok(folder, "config.xml --rbc 3");
   CHECK(cellsIn(folder.path() / "RBC.pos") == 3);
-  CHECK(run(folder.path(), "config.xml --output-dir new/folder").exitCode == 0);
+  ok(folder, "config.xml --output-dir new/folder");
   CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
 }
 
@@ -185,8 +176,7 @@ TEST_CASE("Proximity to the density limit is computed from meshes, for any red c
 
 TEST_CASE("A ratio that looks like a percentage gives a warning", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
   CHECK_THAT(ran.err, Contains("a ratio of 7 is 7 PLT for each red cell, not per cent; 0.07 may be meant"));
   CHECK(run(folder.path(), "20 20 20 --hematocrit 0.2 --plt_ratio 1 --dry-run").err.empty());
   const SampleCase file(
@@ -201,8 +191,8 @@ TEST_CASE("Cells in columns are packed more densely than random packings", "[exe
       ok(folder,
          "40 40 40 --hematocrit 0.63 --ends periodic --plt_ratio 0 --order columns --report report.json");
   CHECK_THAT(ran.out, Contains("in columns"));
-  CHECK(run(folder.path(), "check --box 40 40 40 --ends periodic").exitCode == 0);
-  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  ok(folder, "check --box 40 40 40 --ends periodic");
+  const auto report = readJson(folder.path() / "report.json");
   CHECK(report["configuration"]["order"] == "columns");
   CHECK(report["measures"]["orientation"][0]["nematic"] > 0.99);
   CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --ends periodic --order columns --dry-run").out,
@@ -225,18 +215,14 @@ TEST_CASE("An infeasible request reports the best result, writes only on request
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
   CHECK(cellsIn(folder.path() / "RBC.pos") > 0);
-  CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
+  ok(folder, "check --box 15 15 15");
 }
 
 TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable][long]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "60 60 60 --rbc 5 --max-iterations 1");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "60 60 60 --rbc 5 --max-iterations 1");
   // With more to do than there is time for on any machine, no density is called the largest.
-  const Ran late = run(folder.path(), "80 80 80 --hematocrit 0.7 --max-time 1");
-  INFO(late.all());
-  CHECK(late.exitCode == 3);
+  const Ran late = ended(folder, 3, "80 80 80 --hematocrit 0.7 --max-time 1");
   CHECK_THAT(late.err,
              !Contains("the densest certified") &&
                  (Contains("a certified packing; the time limit ended the search for the densest") ||
@@ -245,9 +231,7 @@ TEST_CASE("A limit reached when nothing is left to do is not an error", "[execut
 
 TEST_CASE("A time limit that expires before packing begins is reported", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "50 50 50 --rbc 1 --max-time 1e-9");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 3);
+  const Ran ran = ended(folder, 3, "50 50 50 --rbc 1 --max-time 1e-9");
   CHECK_THAT(ran.err,
              Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
                  !Contains("hematocrit"));
@@ -278,8 +262,8 @@ run.send_signal(signal.SIGINT)
 run.communicate()
 sys.exit(run.returncode)
 )");
-  const Ran ran = run(folder.path(), "40 40 40 --hematocrit 0.65", "packMesh",
-                      "python3 '" + (scripts.path() / "interrupt.py").string() + "'");
+  const Ran ran = runProcess(folder.path(), "40 40 40 --hematocrit 0.65",
+                             "python3 '" + (scripts.path() / "interrupt.py").string() + "'");
   INFO(ran.all());
   CHECK(ran.exitCode == 130);
   CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
@@ -292,7 +276,7 @@ TEST_CASE("Help, reference and version are printed", "[executable]") {
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("--hematocrit"));
   CHECK(run(folder.path(), "--help", "packCells").exitCode == 0);
-  CHECK(run(folder.path(), "--reference").exitCode == 0);
+  ok(folder, "--reference");
   CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
   CHECK(fs::is_empty(folder.path()));
 }
@@ -316,18 +300,12 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
   writeMesh(folder.path() / "open.stl", open);
   writeMesh(folder.path() / "closed.stl", closed);
   const std::string cells = " 2 --rbc 20 --ends periodic --open-axis x --report r.json";
-  const Ran given = run(folder.path(), "--vessel closed.stl" + cells);
-  INFO(given.all());
-  REQUIRE(given.exitCode == 0);
+  const Ran given = ok(folder, "--vessel closed.stl" + cells);
   const std::string pos = readText(folder.path() / "RBC.pos");
-  const auto lumen = [&] {
-    return nlohmann::json::parse(readText(folder.path() / "r.json"))["lumen"]["volume"];
-  };
+  const auto lumen = [&] { return readJson(folder.path() / "r.json")["lumen"]["volume"]; };
   const double volume = lumen();
   CHECK(volume == Approx(8.0 * signedVolume(whole)));
-  const Ran capped = run(folder.path(), "--vessel open.stl" + cells);
-  INFO(capped.all());
-  REQUIRE(capped.exitCode == 0);
+  const Ran capped = ok(folder, "--vessel open.stl" + cells);
   CHECK(readText(folder.path() / "RBC.pos") == pos);
   CHECK(lumen() == volume);
   CHECK_THAT(capped.all(),
@@ -339,9 +317,7 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
 TEST_CASE("The time limit includes the preparation", "[executable]") {
   const TemporaryFolder folder;
   writeMesh(folder.path() / "cell.off", icosphere(4, 4.0));
-  const Ran ran = run(folder.path(), "40 40 40 --cell-mesh a 3 cell.off --max-time 1e-6");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 3);
+  const Ran ran = ended(folder, 3, "40 40 40 --cell-mesh a 3 cell.off --max-time 1e-6");
   CHECK_THAT(ran.all(), Contains("was reached before packing began; nothing was written"));
   CHECK_THAT(ran.out, !Contains("Lumen"));  // it ended during the preparation
   CHECK_FALSE(fs::exists(folder.path() / "a.pos"));

@@ -5,7 +5,6 @@
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/hemocell_adapter/refusal.h"
-#include "tests/hemocell_adapter/tube.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
@@ -166,11 +165,11 @@ TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[execu
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("the pre-inlet: plane") && Contains("of 43 x 33 x 33"));
-  CHECK(run(folder.path(), "check config.xml --pre-inlet Xpos").exitCode == 0);
+  ok(folder, "check config.xml --pre-inlet Xpos");
   fs::remove(folder.path() / "RBC.pos");
   fs::remove(folder.path() / "PLT.pos");
   const PreInletCase stated("<packing><hematocrit>0.25</hematocrit><preInlet>Xneg</preInlet></packing>");
-  CHECK(run(stated.path(), "config.xml").exitCode == 0);
+  ok(stated, "config.xml");
   requireRefused(folder, {{"config.xml --hematocrit 0.25", 2, "preInletFromSlice(Direction::Xpos, slice)"},
                           {"config.xml --hematocrit 0.25 --pre-inlet-slice 3", 1, "need its direction"},
                           {"config.xml --hematocrit 0.25 --pre-inlet X", 1, "'--pre-inlet'"}});

@@ -28,20 +28,15 @@ TEST_CASE("A mesh given by --cell-mesh is packed as a case with that STL simulat
   writeText(folder.path() / "box.xml", configXml("<dx> 5e-7 </dx> <nx> 32 </nx> <ny> 32 </ny> <nz> 32 </nz>",
                                                  "<packing> <walls> none </walls> </packing>"));
   const std::string pack = "16 16 16 --keep-all --cell-mesh rod 60 rod.stl --output-dir box";
-  const Ran packed = run(folder.path(), pack);
-  CHECK(packed.exitCode == 0);
+  const Ran packed = ok(folder, pack);
   CHECK_THAT(packed.out, Contains("rod.stl, MESH_FROM_STL"));
-  const Ran checked = run(folder.path(), "check box.xml --output-dir box");
-  INFO(checked.all());
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check box.xml --output-dir box");
   CHECK_THAT(checked.out, Contains("HemoCell keeps 60 of 60 rod"));
 
-  const Ran other = run(folder.path(), pack + " --mesh-frame rod file");
-  CHECK(other.exitCode == 0);
+  const Ran other = ok(folder, pack + " --mesh-frame rod file");
   CHECK_THAT(other.out, Contains("rod.stl, axes of the file"));
-  CHECK(run(folder.path(), "check box.xml --output-dir box").exitCode == 4);
-  CHECK(run(folder.path(), "check box.xml --output-dir box --cell-mesh rod 60 rod.stl --mesh-frame rod file")
-            .exitCode == 0);
+  ended(folder, 4, "check box.xml --output-dir box");
+  ok(folder, "check box.xml --output-dir box --cell-mesh rod 60 rod.stl --mesh-frame rod file");
   CHECK_THAT(run(folder.path(), "9 9 9 --rbc 1 --mesh-frame RBC file").err, Contains("no mesh file"));
 }
 
@@ -49,8 +44,6 @@ TEST_CASE("A mesh or an ellipsoid on the command line replaces that of the file"
   const SampleCase folder(
       "<packing> <species name=\"egg\" count=\"2\" file=\"tube.stl\" scale=\"4\"/> </packing>");
   CHECK_THAT(run(folder.path(), "config.xml").out, Contains("egg: 2 (2 requested), tube.stl"));
-  const Ran ran = run(folder.path(), "config.xml --cell egg 3 4 5 6");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --cell egg 3 4 5 6");
   CHECK_THAT(ran.out, Contains("egg: 3 (3 requested), ellipsoid"));
 }

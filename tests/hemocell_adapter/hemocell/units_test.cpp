@@ -93,9 +93,7 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
     std::string xml = readText(folder.path() / "config.xml");
     xml.replace(xml.find("5e-7"), 4, "5e-6");
     writeText(folder.path() / "config.xml", xml);
-    const Ran ran = run(folder.path(), "config.xml --validate");
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
+    const Ran ran = ok(folder, "config.xml --validate");
     CHECK_THAT(ran.err,
                Contains("config.xml:4: <dx>: a lattice spacing of 5 µm") && Contains("10 times too large"));
     CHECK(run(folder.path(), "40 40 40 --rbc 2 --dx 0.5").err.empty());
@@ -106,9 +104,7 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
     for (const auto& [unit, factor] : {std::pair("0.000001", "1000000"), {"0.001", "1000"}}) {
       const double scale = std::stod(unit);
       writeText(folder.path() / "small.stl", tubeStl(40 * scale, 10 * scale, 24));
-      const Ran ran = run(folder.path(), "--vessel small.stl 1 --open-axis x --rbc 5");
-      INFO(ran.all());
-      CHECK(ran.exitCode == 2);
+      const Ran ran = ended(folder, 2, "--vessel small.stl 1 --open-axis x --rbc 5");
       CHECK_THAT(ran.err, Contains(std::string("the factor is ") + factor));
       CHECK(run(folder.path(), std::string("--vessel small.stl ") + factor + " --open-axis x --rbc 5")
                 .err.empty());
@@ -133,7 +129,7 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
     CHECK_THAT(run(folder.path(), "config.xml --validate").err, !Contains("replaces"));
   }
   SECTION(".pos files in lattice units or metres") {
-    REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 1").exitCode == 0);
+    ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 1");
     const auto scale = [&](const std::string& name, double factor) {
       std::istringstream in(readText(folder.path() / name));
       std::ostringstream out;
@@ -146,9 +142,7 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
       writeText(folder.path() / name, out.str());
     };
     const auto warnings = [&] {
-      const Ran ran = run(folder.path(), "check config.xml");
-      INFO(ran.all());
-      CHECK(ran.exitCode == 4);
+      const Ran ran = ended(folder, 4, "check config.xml");
       return ran.err;
     };
     scale("RBC.pos", 2.0);

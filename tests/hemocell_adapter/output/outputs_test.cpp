@@ -48,9 +48,7 @@ TEST_CASE("No output replaces a file that the run has read", "[executable]") {
   if (file.extension() == ".off") writeText(file, tetrahedron);
   if (name == "cells.stl") writeText(file, vessel());
   const std::string before = readText(file);
-  const Ran ran = run(folder.path(), arguments);
-  INFO(ran.all());
-  CHECK(ran.exitCode == int(ExitCode::cannotWrite));
+  const Ran ran = ended(folder, int(ExitCode::cannotWrite), arguments);
   CHECK_THAT(ran.err, Contains(name + ": is read by this run and would be overwritten"));
   CHECK((readText(file) == before));
 }
@@ -64,6 +62,6 @@ TEST_CASE("A state is replaced by the run that continues it, fixed cells by the 
   CHECK(readText(folder.path() / "RBC.pos") == red);
   // Across a periodic face: written as its image inside, which are other bytes.
   writeText(folder.path() / "RBC.pos", "1\n31 10 10 0 0 0\n");
-  const Ran moved = run(folder.path(), "30 30 30 --ends periodic --rbc 1 --fixed RBC.pos --plt 3");
-  CHECK(moved.exitCode == int(ExitCode::cannotWrite));
+  const Ran moved =
+      ended(folder, int(ExitCode::cannotWrite), "30 30 30 --ends periodic --rbc 1 --fixed RBC.pos --plt 3");
 }

@@ -105,9 +105,7 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
 
 TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable]") {
   const SampleCase folder;
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report 'my report.html'");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --hematocrit 0.1 --report 'my report.html'");
   CHECK_THAT(ran.out, Contains("Wrote my report.html") && Contains("Wrote my report.json"));
   const std::string html = readText(folder.path() / "my report.html");
   CHECK(embedded(html, "report") == reportIn(folder.path() / "my report.json"));
@@ -126,9 +124,7 @@ TEST_CASE("Text that looks like the end of a script stays data", "[executable]")
   const SampleCase folder;
   const std::string name = "</script><!--<script>{{ cells }}";
   fs::create_directories(folder.path() / name);
-  const Ran ran = run(folder.path(), "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
   const std::string html = readText(folder.path() / "report.html");
   CHECK(html.find(name) == html.npos);
   CHECK(embedded(html, "report")["command"].back() == name);
@@ -136,9 +132,7 @@ TEST_CASE("Text that looks like the end of a script stays data", "[executable]")
 
 TEST_CASE("Reports of one cell, and of species without cells, are complete", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov");
   const Report report = reportIn(folder.path() / "report.json");
   CHECK(report["measures"]["gaps"][0]["beyond"] == 1);
   CHECK(report["measures"]["gaps"][0]["minimum"].is_null());
@@ -166,9 +160,7 @@ TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable][lon
                       "<sphere center=\"3 16 16\" radius=\"2\"/>"
                       "<mesh file=\"tube.stl\" scale=\"0.5\" offset=\"16 4 4\"/>"
                       "</obstacles></container></packing>"));
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --vtp");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --hematocrit 0.1 --report report.json --vtp");
   const Report container = reportIn(folder.path() / "report.json")["configuration"]["container"];
   INFO(container.dump(2));
   CHECK(container["lumen"].is_null());

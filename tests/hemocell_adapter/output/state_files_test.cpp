@@ -141,7 +141,7 @@ const char* const checkpoint = "state.checkpoint.h5";
 Undisturbed undisturbed(const std::string& arguments, const std::string& launcher = "") {
   const TemporaryFolder folder;
   const auto start = std::chrono::steady_clock::now();
-  const Ran ran = run(folder.path(), arguments + oftenSaved, "packMesh", launcher);
+  const Ran ran = runProcess(folder.path(), arguments + oftenSaved, launcher);
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -182,7 +182,7 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
       const bool last = again == 5;
       const std::string killer =
           "timeout --foreground -s " + signals[again % signals.size()] + " " + limit + " ";
-      const Ran ran = run(folder.path(), arguments, "packMesh", (last ? "" : killer + "env ") + launcher);
+      const Ran ran = runProcess(folder.path(), arguments, (last ? "" : killer + "env ") + launcher);
       CAPTURE(kills, again, limit, ran.exitCode, ran.all());
       if (last) REQUIRE(ran.exitCode == 0);
       if (ran.exitCode == 0 && !last) moments.wasTooLate();
@@ -234,10 +234,9 @@ wait $pid
     INFO(readText(folder.path() / "out"));
     const bool ended = fs::exists(folder.path() / "state.h5");
     REQUIRE((ended || fs::exists(folder.path() / checkpoint)));
-    const Ran second = run(folder.path(), std::string("--restart ") + (ended ? "state.h5" : checkpoint),
-                           "packMesh", onRanks(4 - ranks));
-    INFO(second.all());
-    REQUIRE(second.exitCode == 0);
+    REQUIRE(runProcess(folder.path(), std::string("--restart ") + (ended ? "state.h5" : checkpoint),
+                       onRanks(4 - ranks))
+                .exitCode == 0);
     REQUIRE(positions(folder.path()) == expected);
   }
 }
@@ -266,8 +265,8 @@ TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of th
       REQUIRE(runs < 2000);
       const TemporaryFolder folder;
       writeText(folder.path() / "RBC.pos", before);
-      const Ran ran = run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
-                          "timeout --foreground --preserve-status -s TERM " + moments.next());
+      const Ran ran = runProcess(folder.path(), wanted.arguments + " --state s.h5",
+                                 "timeout --foreground --preserve-status -s TERM " + moments.next());
       CAPTURE(ran.exitCode, ran.all());
       if (ran.exitCode == 0) {
         moments.wasTooLate();
@@ -309,8 +308,7 @@ wait $pid
   const std::string out = readText(folder.path() / "out");
   REQUIRE_THAT(out, Contains("packMesh --restart s.checkpoint.h5"));
   REQUIRE(readStateHead(folder.path() / "s.checkpoint.h5").cells > 400);
-  const Ran other = run(folder.path(), "--restart s.h5");
-  CHECK(other.exitCode == int(ExitCode::badInput));
+  const Ran other = ended(folder, int(ExitCode::badInput), "--restart s.h5");
   CHECK_THAT(other.err,
              Contains("s.h5: no such file; the run has not ended, and is continued from s.checkpoint.h5"));
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
@@ -319,40 +317,33 @@ wait $pid
 TEST_CASE("The state of a finished run gives the same files again, and that of a case is in its folder") {
   const SampleCase folder;
   const fs::path file = folder.path() / "state.h5";
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --checkpoint-every 1000").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.3 --checkpoint-every 1000");
   const std::string whole = readText(folder.path() / "RBC.pos");
   fs::remove(folder.path() / "RBC.pos");
-  const Ran again = run(folder.path(), "--restart=state.h5");
-  INFO(again.all());
-  REQUIRE(again.exitCode == 0);
+  const Ran again = ok(folder, "--restart=state.h5");
   REQUIRE(readText(folder.path() / "RBC.pos") == whole);
   REQUIRE_THAT(again.out, Contains("Continuing from state.h5"));
 
-  const Ran other = run(folder.path(), "config.xml --hematocrit 0.4 --restart state.h5");
-  REQUIRE(other.exitCode == int(ExitCode::badInput));
+  const Ran other = ended(folder, int(ExitCode::badInput), "config.xml --hematocrit 0.4 --restart state.h5");
   REQUIRE_THAT(other.err, Contains("another problem"));
-  const Ran missing = run(folder.path(), "--restart nowhere.h5");
-  REQUIRE(missing.exitCode == int(ExitCode::badInput));
+  const Ran missing = ended(folder, int(ExitCode::badInput), "--restart nowhere.h5");
   REQUIRE_THAT(missing.err, Contains("nowhere.h5: no such file"));
   writeText(file, "not HDF5");
-  const Ran garbage = run(folder.path(), "--restart state.h5");
-  REQUIRE(garbage.exitCode == int(ExitCode::badInput));
+  const Ran garbage = ended(folder, int(ExitCode::badInput), "--restart state.h5");
   REQUIRE_THAT(garbage.err, Contains("not a packMesh state"));
-  const Ran check = run(folder.path(), "check config.xml --restart state.h5");
-  REQUIRE(check.exitCode == int(ExitCode::usage));
+  const Ran check = ended(folder, int(ExitCode::usage), "check config.xml --restart state.h5");
 }
 
 TEST_CASE(
     "A state is written through a symbolic link, and if this fails the run fails after writing its cells") {
   const SampleCase folder;
   fs::create_directory(folder.path() / "elsewhere");
-  REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);
+  ok(folder, "config.xml --rbc 3 --state elsewhere/state.h5");
   fs::create_symlink("elsewhere/state.h5", folder.path() / "state.h5");
-  REQUIRE(run(folder.path(), "config.xml --rbc 4 --state state.h5").exitCode == 0);
+  ok(folder, "config.xml --rbc 4 --state state.h5");
   CHECK(fs::is_symlink(folder.path() / "state.h5"));
   CHECK(readStateHead(folder.path() / "elsewhere/state.h5").cells == 4);
-  const Ran ran = run(folder.path(), "config.xml --rbc 5 --state /proc/state.h5");
-  CHECK(ran.exitCode == 5);
+  const Ran ran = ended(folder, 5, "config.xml --rbc 5 --state /proc/state.h5");
   CHECK_THAT(ran.err, Contains("/proc"));
 }
 
@@ -365,9 +356,8 @@ TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the 
   CHECK(readStateHead(result).files.size() == 2);
   CHECK_FALSE(fs::exists(saved));
   const std::string before = readText(result) + positions(folder.path());
-  const Ran failed = run(folder.path(), "20 20 20 --hematocrit 0.45 --max-iterations 5 --state s.h5");
-  INFO(failed.all());
-  CHECK(failed.exitCode == int(ExitCode::outOfReach));
+  const Ran failed =
+      ended(folder, int(ExitCode::outOfReach), "20 20 20 --hematocrit 0.45 --max-iterations 5 --state s.h5");
   CHECK_THAT(failed.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
   CHECK((readText(result) + positions(folder.path()) == before));
   CHECK(readStateHead(saved).stage != "finished");
@@ -380,8 +370,7 @@ TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the 
   CHECK_FALSE(fs::exists(saved));
   CHECK((positions(folder.path()) != second));
   CHECK(readStateHead(result).stage == "finished");
-  const Ran named = run(folder.path(), "20 20 20 --rbc 2 --state a.checkpoint.h5");
-  CHECK(named.exitCode == int(ExitCode::cannotWrite));
+  const Ran named = ended(folder, int(ExitCode::cannotWrite), "20 20 20 --rbc 2 --state a.checkpoint.h5");
   CHECK_THAT(
       named.err,
       Contains("is the name of a checkpoint; the state of the result needs another one, such as a.h5"));
@@ -418,9 +407,7 @@ TEST_CASE("check notices files of two runs beside a state", "[executable]") {
 
 TEST_CASE("The folder of a state is created") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
   REQUIRE(ran.err.empty());
   REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
 }
@@ -434,15 +421,15 @@ TEST_CASE("A file that is not a state is not overwritten, which is reported befo
     requireRefused(folder, {{std::string("config.xml --hematocrit 0.3 --state ") + name,
                              int(ExitCode::cannotWrite), name}});
   }
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --state folder.h5", "packMesh", onRanks(2));
+  const Ran ran = runProcess(folder.path(), "config.xml --hematocrit 0.3 --state folder.h5", onRanks(2));
   INFO(ran.all());
   REQUIRE(ran.exitCode == int(ExitCode::cannotWrite));
   REQUIRE_THAT(ran.err, Contains("folder.h5"));
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
   REQUIRE(readText(folder.path() / "config.xml") == config);
   // An older state gives way.
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --state s.h5").exitCode == 0);
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.2 --state s.h5");
+  ok(folder, "config.xml --hematocrit 0.3 --state s.h5");
 }
 
 TEST_CASE("Invalid checkpoints and restarts are reported on several ranks, too", "[ranks]") {
@@ -455,7 +442,7 @@ TEST_CASE("Invalid checkpoints and restarts are reported on several ranks, too",
                           {"30 30 30 --checkpoint-every 0", 1, "'--checkpoint-every'"},
                           {"--restart", 1, "--restart"}});
   for (const std::string& arguments : {std::string("--restart state.h5"), box}) {
-    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
+    const Ran ran = runProcess(folder.path(), arguments, onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));
     REQUIRE_THAT(ran.all(), Contains(none));

@@ -185,50 +185,44 @@ TEST_CASE("A case whose C++ code keeps cells from the wall is packed and checked
           "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "case.cpp", code(distance("\"RBC\", 1")));
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.2");
   CHECK(packed.err.empty());
   CHECK_THAT(packed.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n") &&
                              Contains("PLT: minimum distance from solid 0 µm (not set in case.cpp)\n"));
-  const Ran checked = run(folder.path(), "check config.xml");
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check config.xml");
   CHECK_THAT(checked.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n"));
   // Packed without knowing it, HemoCell deletes cells, and check says so.
   fs::rename(folder.path() / "case.cpp", folder.path() / "case.txt");
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --wall-clearance 0").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.3 --wall-clearance 0");
   fs::rename(folder.path() / "case.txt", folder.path() / "case.cpp");
-  const Ran deleted = run(folder.path(), "check config.xml");
-  CHECK(deleted.exitCode == 4);
+  const Ran deleted = ended(folder, 4, "check config.xml");
   CHECK_THAT(deleted.out, Contains("closer than 1 µm to a solid node"));
 }
 
 TEST_CASE("A request for a cell without a file lists the available cells", "[executable]") {
   const SampleCase folder;
   fs::rename(folder.path() / "RBC.xml", folder.path() / "RBC_HO.xml");
-  const Refusal ran = refused(folder.path(), "config.xml --hematocrit 0.2");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.message, Contains("RBC.xml: no such file") &&
-                              Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
-                              Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
+  const Ran ran = ended(folder, 2, "config.xml --hematocrit 0.2");
+  CHECK_THAT(ran.err, Contains("RBC.xml: no such file") &&
+                          Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
+                          Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }
 
 TEST_CASE("A misspelled cell is asked about, but not one that HemoCell has", "[species]") {
   const SampleCase folder("<packing><species name=\"RCB\"/></packing>");
-  CHECK_THAT(refused(folder.path(), "config.xml --hematocrit 0.2").message,
+  CHECK_THAT(run(folder.path(), "config.xml --hematocrit 0.2").err,
              Contains("config.xml: how many 'RCB' (did you mean 'RBC'?)? Give it a count or a ratio"));
   const SampleCase counted("<packing><species name=\"RCB\" count=\"2\"/></packing>");
-  CHECK_THAT(refused(counted.path(), "config.xml").message,
+  CHECK_THAT(run(counted.path(), "config.xml").err,
              Contains("RCB.xml: no such file") && Contains("the cell 'RCB' (did you mean 'RBC'?)"));
-  CHECK_THAT(refused(folder.path(), "config.xml --rbc 2 --wbc 2").message, !Contains("did you mean 'WBC'"));
+  CHECK_THAT(run(folder.path(), "config.xml --rbc 2 --wbc 2").err, !Contains("did you mean 'WBC'"));
 }
 
 TEST_CASE("Walls and periodic axes of the code that are not read are named", "[code_facts]") {
   const SampleCase folder("<packing> <species name=\"RBC\" count=\"3\"/> </packing>");
   const auto said = [&](const std::string& statements, const std::string& options = "") {
     writeCode(folder.path(), code(statements));
-    const Ran ran = run(folder.path(), "config.xml --dry-run " + options);
-    CHECK(ran.exitCode == 0);
+    const Ran ran = ok(folder, "config.xml --dry-run " + options);
     return ran.err;
   };
   const std::string plate =

@@ -102,5 +102,5 @@ TEST_CASE("A discharge hematocrit that means nothing is refused", "[profile]") {
                   {"--cylinder x 10 30 --discharge-hematocrit 0.3 --rbc 5 --plt 3", 1, ""}});
   SampleCase both(
       "<packing> <hematocrit> 0.2 </hematocrit> <dischargeHematocrit> 0.2 </dischargeHematocrit> </packing>");
-  CHECK_THAT(refused(both.path(), "config.xml").message, Contains("<hematocrit> and <dischargeHematocrit>"));
+  CHECK_THAT(run(both.path(), "config.xml").err, Contains("<hematocrit> and <dischargeHematocrit>"));
 }

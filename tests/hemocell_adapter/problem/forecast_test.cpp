@@ -6,7 +6,6 @@
 #include <regex>
 
 #include "hemocell_adapter/session/clearance_search.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"
 #include "tests/support/catch.h"
@@ -243,12 +242,10 @@ TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time
 TEST_CASE("A dry run of what no method can pack has the exit code of what cannot be packed", "[executable]") {
   const TemporaryFolder folder;
   const std::string none = "--cylinder x 12.5 50 --hematocrit 0.004 --cell-free-layer 10";
-  const Ran never = run(folder.path(), none + " --dry-run");
-  CHECK(never.exitCode == 3);
+  const Ran never = ended(folder, 3, none + " --dry-run");
   CHECK_THAT(never.out, Contains("Infeasible: not even one RBC fits"));
-  CHECK(run(folder.path(), none + " --max-iterations 50").exitCode == 3);
-  const Ran dense = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run");
-  CHECK(dense.exitCode == 3);
+  ended(folder, 3, none + " --max-iterations 50");
+  const Ran dense = ended(folder, 3, "30 30 30 --ends periodic --hematocrit 0.8 --dry-run");
   CHECK_THAT(dense.err, Contains("beyond 0.7707 is known"));
   CHECK(run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run --best-effort").exitCode ==
         0);

@@ -22,12 +22,9 @@ std::string lumenLine(const std::string& out) {
 
 TEST_CASE("Periodic ends apply to packing and to check", "[executable]") {
   const SampleCase folder("<packing> <ends> periodic </ends> <hematocrit> 0.4 </hematocrit> </packing>");
-  const Ran ran = run(folder.path(), "config.xml");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml");
   CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
-  const Ran checked = run(folder.path(), "check config.xml");
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check config.xml");
   CHECK_THAT(checked.out, Contains("Verdict: clean. HemoCell will delete "));
 
   // 24 µm of tube at dx 0.5 µm are 51 nodes: the ends are at -0.25 and 25.25 µm.
@@ -55,9 +52,7 @@ TEST_CASE("Periodic ends apply to packing and to check", "[executable]") {
 
   // The image of a cell that crosses an end is where the cell is.
   writeText(folder.path() / "RBC.pos", rbcPos(file.substr(file.find('\n') + 1) + image + "\n", count + 1));
-  const Ran twice = run(folder.path(), "check config.xml");
-  INFO(twice.all());
-  CHECK(twice.exitCode == 4);
+  const Ran twice = ended(folder, 4, "check config.xml");
   CHECK_THAT(twice.out, Contains("Overlapping pairs: 1") && Contains("periodic image"));
 }
 
@@ -88,9 +83,7 @@ TEST_CASE("Packing and check use the same lumen", "[executable]") {
 
 TEST_CASE("The planes of the walls of a box are solid nodes", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 12 --rbc 20 --walls z");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "20 20 12 --rbc 20 --walls z");
   CHECK_THAT(ran.out, Contains("HemoCell keeps 20 of 20"));
   const TriangleMesh cell = buildTemplate(*defaultModel("RBC"), 0.5);
   Box all;
@@ -100,12 +93,11 @@ TEST_CASE("The planes of the walls of a box are solid nodes", "[executable]") {
   CHECK(all.hi.z() < 11.75);
   CHECK(all.lo.minCoeff() > -0.25);
   CHECK(all.hi.maxCoeff() <= 19.75);
-  CHECK(run(folder.path(), "check --box 20 20 12 --walls z").exitCode == 0);
+  ok(folder, "check --box 20 20 12 --walls z");
   writeText(folder.path() / "RBC.pos", rbcPos("4 1.2 4 0 0 0\n", 1));  // nearer to the wall than half a node
-  CHECK(run(folder.path(), "check --box 20 20 12 --walls xyz").exitCode == 4);
+  ended(folder, 4, "check --box 20 20 12 --walls xyz");
   // Cells may cross the other faces when that is asked for, and what it costs is said.
-  const Ran whole = run(folder.path(), "20 20 12 --rbc 22 --walls z --ends periodic --seed 2");
-  CHECK(whole.exitCode == 0);
+  const Ran whole = ok(folder, "20 20 12 --rbc 22 --walls z --ends periodic --seed 2");
   CHECK_THAT(whole.out, Contains("crosses a periodic face"));
 }
 
@@ -119,14 +111,14 @@ TEST_CASE("Boxes are packed under both program names", "[executable]") {
   ran = run(folder.path(), "50.9 50 50 -h 0.3", "packCells");
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.err, Contains("size 50.9 is read as 50"));
-  const Refusal none = refused(folder.path(), "0.9 50 50 -h 0.3", "packCells");
+  const Ran none = run(folder.path(), "0.9 50 50 -h 0.3", "packCells");
   CHECK(none.exitCode == 1);
-  CHECK_THAT(none.message, Contains("size 0.9 is read as 0"));
+  CHECK_THAT(none.err, Contains("size 0.9 is read as 0"));
   CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
   ran = run(folder.path(), "check --box 50 50 50 --ends periodic");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK(run(folder.path(), "check --box 50 50 50").exitCode == 4);
+  ended(folder, 4, "check --box 50 50 50");
 
   ran = run(folder.path(), "25.5 25 25 --hematocrit 0.3 --plt_ratio 0");
   CHECK(ran.exitCode == 0);
@@ -196,13 +188,11 @@ TEST_CASE("An inverted STL with triangles without area is packed as HemoCell fil
   for (std::size_t k = 6; k + 2 < points.size(); k += 3)
     stl += facet(points[k], points[k + 1], points[k + 2]);
   writeText(folder.path() / "tube.stl", stl + "endsolid t\n");
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
-  INFO(packed.all());
-  CHECK(packed.exitCode == 0);
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.2");
   CHECK_THAT(packed.err, Contains("repaired 1 triangle without area") && Contains("inside out"));
   // HemoCell deflates this one: a node fewer along each axis than of the sound tube.
   CHECK_THAT(packed.out, Contains("of 50 x 32 x 32"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
 }
 
 TEST_CASE("An STL that had to be repaired gives a warning about HemoCell", "[executable]") {
@@ -214,18 +204,14 @@ TEST_CASE("An STL that had to be repaired gives a warning about HemoCell", "[exe
   const std::string first = stl.substr(facet, next - facet), second = stl.substr(next, last - next);
   stl.replace(facet, last - facet, second + first);
   writeText(folder.path() / "tube.stl", stl);
-  const Ran ran = run(folder.path(), "config.xml --rbc 3");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --rbc 3");
   CHECK_THAT(ran.err, Contains("flipped 1 triangle") && Contains("HemoCell reads the file as it is"));
 
   writeText(folder.path() / "tube.stl", tubeStl(-2.4, 0.75, 48));  // mirrored: inside out
-  const Ran mirrored = run(folder.path(), "config.xml --rbc 3");
-  INFO(mirrored.all());
-  CHECK(mirrored.exitCode == 0);
+  const Ran mirrored = ok(folder, "config.xml --rbc 3");
   CHECK_THAT(mirrored.err, Contains("flipped 1 surface that was inside out") &&
                                Contains("HemoCell reads the file as it is"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
 }
 
 TEST_CASE("Cells longer than a periodic box are packed, since their images can lie side by side",

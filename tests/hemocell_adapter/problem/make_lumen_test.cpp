@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 
 #include "hemocell_adapter/problem/make_lumen.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 

@@ -10,7 +10,6 @@
 #include "hemocell_adapter/session/session.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 

@@ -35,10 +35,8 @@ TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles ove
                            (i >= 4 && j >= 4 && i + j <= 16);
         fluid += !solid;
       }
-  const Ran ran = run(folder.path(), "config.xml --rbc 2 --plt 2");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --rbc 2 --plt 2");
   CHECK_THAT(ran.out, Contains(fmt::format("({} of 40 x 40 x 40 at dx 0.5 µm)", fluid)));
   CHECK_THAT(ran.out, Contains("4 obstacles") && Contains("HemoCell keeps 4 of 4 cells"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
 }

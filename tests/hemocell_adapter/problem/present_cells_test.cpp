@@ -36,7 +36,7 @@ TEST_CASE("Fixed cells keep their lines while others are added", "[executable]")
   CHECK(linesOf(folder.path() / "PLT.pos").size() == 20);
   CHECK_THAT(added.out,
              Contains("RBC: " + std::to_string(red.size()) + " of them fixed at their positions in RBC.pos"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
   // A higher hematocrit around them, by the configuration.
   fs::rename(folder.path() / "RBC.pos", folder.path() / "there.pos");
   writeText(folder.path() / "config.xml",
@@ -78,8 +78,7 @@ TEST_CASE("Cells beyond the number that a file announces are ignored, as by Hemo
   const TemporaryFolder folder;
   // The second one overlaps the first.
   writeText(folder.path() / "RBC.pos", "1\n8 8 8 0 0 0\n8 8 9 0 0 0\n");
-  const Ran checked = run(folder.path(), "check --box 16 16 16");
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check --box 16 16 16");
   CHECK_THAT(checked.out, Contains("RBC: 1 cells") && Contains("Verdict: clean"));
   CHECK_THAT(checked.err, Contains("announces 1 cell, but 2 lines follow"));
   for (const char* option : {"--fixed", "--start"}) {
@@ -105,7 +104,7 @@ TEST_CASE("Cells are added to or removed from a given packing, or it is kept unc
   const Ran topped = ok(folder, box + "--hematocrit 0.42");
   CHECK_THAT(topped.out, Contains("starts from 30 of the 30 cells of from/RBC.pos"));
   CHECK(linesOf(folder.path() / "RBC.pos").size() == 41);
-  CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
+  ok(folder, "check --box 20 20 20");
   // Every cell has the same chance of being drawn.
   std::map<std::string, int> drawn;
   const int runs = 40;
@@ -138,5 +137,5 @@ TEST_CASE("Cells that start as copies of each other are separated", "[executable
   for (int cell = 0; cell < 20; ++cell) lines += "10 13 13 0 0 0\n";
   writeText(folder.path() / "from/RBC.pos", rbcPos(lines, 20));
   ok(folder, "26 26 26 --rbc 20 --start from/RBC.pos");
-  CHECK(run(folder.path(), "check --box 26 26 26").exitCode == 0);
+  ok(folder, "check --box 26 26 26");
 }

@@ -7,7 +7,6 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "packMesh/core/error.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/refusal.h"
 #include "tests/support/catch.h"
 
@@ -18,7 +17,7 @@ using namespace packmesh::test;
 namespace {
 
 nlohmann::json reportOf(const TemporaryFolder& folder) {
-  return nlohmann::json::parse(readText(folder.path() / "r.json"));
+  return readJson(folder.path() / "r.json");
 }
 
 /// Volume of the lumen in layers whose volume fraction of a species differs from the one asked for, weighted
@@ -193,5 +192,5 @@ TEST_CASE("A profile that makes no sense is refused", "[profile]") {
   SampleCase regions(
       "<packing> <hematocrit> 0.1 </hematocrit> <profile> developed </profile>"
       "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region> </packing>");
-  CHECK_THAT(refused(regions.path(), "config.xml").message, Contains("exclude each other"));
+  CHECK_THAT(run(regions.path(), "config.xml").err, Contains("exclude each other"));
 }

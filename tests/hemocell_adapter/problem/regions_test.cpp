@@ -96,9 +96,7 @@ TEST_CASE("With a hematocrit of 0, cells are in regions alone", "[executable]") 
             configXml(sampleDomain,
                       "<packing><species name=\"RBC\"/><hematocrit>0</hematocrit><region "
                       "hematocrit=\"0.2\"><sphere center=\"6 8 8\" radius=\"6\"/></region></packing>"));
-  const Ran ran = run(folder.path(), "config.xml");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml");
   CHECK_THAT(ran.err, !Contains("outside the regions"));
   const std::vector<PosLine> lines = readPos(folder.path() / "RBC.pos");
   CHECK(lines.size() >= 1);
@@ -229,9 +227,8 @@ TEST_CASE("Invalid regions are refused with their place", "[regions]") {
                              const std::string& cells = "<species name=\"RBC\"/>") {
     writeText(folder.path() / "config.xml",
               configXml(sampleDomain, "<packing>\n" + cells + "\n" + region + "</packing>"));
-    const Refusal refusal = refused(folder.path(), "config.xml");
-    CHECK(refusal.exitCode == 2);
-    return refusal.message;
+    const Ran refusal = ended(folder, 2, "config.xml");
+    return refusal.err;
   };
   const std::string ball = "<sphere radius=\"6\" center=\"12 8 8\"/>";
   CHECK_THAT(messageOf("<region count=\"3\" hematocrit=\"0.1\">" + ball + "</region>"),
@@ -274,9 +271,9 @@ TEST_CASE("Invalid constraints are rejected", "[regions]") {
   const SampleCase folder;
   const auto messageOf = [&](const std::string& packing, const std::string& arguments = "") {
     writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
-    const Refusal refusal = refused(folder.path(), "config.xml " + arguments);
+    const Ran refusal = run(folder.path(), "config.xml " + arguments);
     CHECK((refusal.exitCode == 1 || refusal.exitCode == 2));
-    return refusal.message;
+    return refusal.err;
   };
   const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
   CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),

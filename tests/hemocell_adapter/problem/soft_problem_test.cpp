@@ -33,7 +33,7 @@ TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved 
                  Contains("Deformed cells: 10; largest force on a vertex"));
   const std::string check = ok(folder, "check --box 10 10 10 --ends periodic --start s.h5").out;
   CHECK_THAT(check, Contains("RBC: 9 cells") && Contains("PLT: 1 cells") && Contains("Verdict: clean"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder.path() / "r.json");
   CHECK(report["deformation"]["cells"] == 10);
   CHECK(report["deformation"]["largest"]["force"] > 0.1);
   CHECK(report["deformation"]["largest"]["force"] < 10.0);
@@ -91,8 +91,7 @@ TEST_CASE("Cells are soft where undeformed ones are found in a short search, but
 TEST_CASE("A packing of undeformed cells that is continued with --soft ends with soft ones",
           "[executable][long]") {
   const TemporaryFolder folder;
-  const Ran rigid = run(folder.path(), "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
-  REQUIRE(rigid.exitCode == 3);
+  const Ran rigid = ended(folder, 3, "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
   CHECK_THAT(ok(folder, "--restart s.checkpoint.h5 --soft --max-iterations 400").out,
              Contains("Continuing from s.checkpoint.h5") && Contains("Deformed cells: 63"));
 }
@@ -124,7 +123,7 @@ TEST_CASE("With best effort, soft cells that find no room are left out, and it i
              Contains("soft cells could not be packed within the limits") &&
                  Contains("without those that found no room there is a packing with hematocrit 0.") &&
                  Contains("of 12 RBC); writing that one (--best-effort)"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder.path() / "r.json");
   CHECK(report["outcome"] == "bestEffort");
   CHECK(report["species"][0]["asked"] == 12);
   const int placed = report["species"][0]["placed"];
@@ -147,7 +146,7 @@ TEST_CASE("With best effort, undeformed cells are packed where no soft ones can 
                           Contains("; of undeformed cells there is a packing with hematocrit 0.") &&
                           Contains("of 9 RBC, ") && Contains("writing that one (--best-effort)"));
   CHECK_THAT(ran.out, !Contains("Deformed cells:"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder.path() / "r.json");
   CHECK(report["outcome"] == "bestEffort");
   CHECK(report["species"][0]["asked"] == 9);
   CHECK_THAT(ok(folder, "check --box 10 10 10 --ends periodic").out, Contains("Overlapping pairs: 0"));
@@ -174,7 +173,7 @@ TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed
       ok(folder, "10 10 10 --ends periodic --hematocrit 0.73 --soft=auto --state u.h5 --report r.json");
   CHECK_THAT(soft.out, Contains("Undeformed cells cannot be packed as requested: cells are soft") &&
                            Contains("Deformed cells: 10"));
-  CHECK(nlohmann::json::parse(readText(folder.path() / "r.json"))["configuration"]["soft"] == "auto");
+  CHECK(readJson(folder.path() / "r.json")["configuration"]["soft"] == "auto");
   ok(folder, dense + "--state s.h5");
   CHECK_THAT(ok(folder, "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft=auto --state v.h5").out,
              Contains("cells are soft") && Contains("Deformed cells: 1"));
@@ -194,8 +193,8 @@ sys.exit(run.wait())
 )");
   // So much is never at rest below so little force.
   const std::string endless = "10 10 10 --ends periodic --hematocrit 0.73 --soft --max-force 1e-6 --verbose";
-  const Ran ran = run(folder.path(), endless + " --state s.h5", "packMesh",
-                      "python3 '" + (scripts.path() / "end.py").string() + "'");
+  const Ran ran = runProcess(folder.path(), endless + " --state s.h5",
+                             "python3 '" + (scripts.path() / "end.py").string() + "'");
   INFO(ran.all());
   CHECK(ran.exitCode == 130);
   CHECK_THAT(ran.err, Contains("to continue: packMesh --restart s.checkpoint.h5"));
@@ -217,9 +216,10 @@ TEST_CASE("Soft cells that ended at limits continue on any number of ranks to th
     const TemporaryFolder folder;
     std::string restart;
     for (const auto& [limit, ranks] : limitsAndRanks) {
-      const Ran ran =
-          run(folder.path(), restart + dense + "--state s.h5 --max-iterations " + std::to_string(limit),
-              "packMesh", ranks > 1 ? "OMP_NUM_THREADS=1 " + onRanks(ranks) : std::string());
+      const std::string arguments =
+          restart + dense + "--state s.h5 --max-iterations " + std::to_string(limit);
+      const Ran ran = ranks > 1 ? runProcess(folder.path(), arguments, "OMP_NUM_THREADS=1 " + onRanks(ranks))
+                                : run(folder.path(), arguments);
       INFO(ran.all());
       const bool ends = limit == limitsAndRanks.back().first;
       REQUIRE(ran.exitCode == (ends ? 0 : 3));
@@ -269,8 +269,7 @@ TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[ex
 
 TEST_CASE("Where undeformed cells do not fit, messages name --soft", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "--cylinder x 2.5 20 --ends periodic --rbc 1 --max-iterations 50");
-  CHECK(ran.exitCode == 3);
+  const Ran ran = ended(folder, 3, "--cylinder x 2.5 20 --ends periodic --rbc 1 --max-iterations 50");
   CHECK_THAT(ran.err, Contains("--soft lets cells deform"));
   CHECK_THAT(run(folder.path(), "10 10 10 --ends periodic --hematocrit 0.9 --dry-run").err,
              Contains("--soft lets cells deform"));
@@ -353,9 +352,7 @@ TEST_CASE("Forces are proportional to <kBT>, and those of each species are told"
   config("");
   const std::string cells = "config.xml --ends periodic --walls none ";
   ok(folder, cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --state s.h5 --report r.json");
-  const auto deformationIn = [&](const char* name) {
-    return nlohmann::json::parse(readText(folder.path() / name))["deformation"];
-  };
+  const auto deformationIn = [&](const char* name) { return readJson(folder.path() / name)["deformation"]; };
   const auto once = deformationIn("r.json");
   REQUIRE(once["species"].size() == 2);
   CHECK(once["species"][0]["name"] == "RBC");

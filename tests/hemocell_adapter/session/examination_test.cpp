@@ -57,7 +57,7 @@ TEST_CASE("Of cells that cross a periodic face, only those are expected to go th
     const Ran ran = checked(lines, count);
     INFO(ran.all());
     CHECK(ran.exitCode == code);
-    const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"))["hemocell"];
+    const auto report = readJson(folder.path() / "report.json")["hemocell"];
     CHECK(report["dropped"] == count);
     CHECK(report["asExpected"] == (code == 0));
     CHECK(report["loadedBy"] == ".pos files");
@@ -80,12 +80,10 @@ TEST_CASE("Of cells that cross a periodic face, only those are expected to go th
 TEST_CASE("Of a state, check says what the plug-in keeps", "[executable][examination]") {
   const SampleCase folder;
   writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 8, 8)});
-  const Ran kept = run(folder.path(), "check config.xml --ends periodic --start flowing.h5 --report r.json");
-  INFO(kept.all());
-  CHECK(kept.exitCode == 0);
+  const Ran kept = ok(folder, "check config.xml --ends periodic --start flowing.h5 --report r.json");
   CHECK_THAT(kept.out,
              Contains("With loadParticles() HemoCell keeps 2 of 2 RBC\n") && Contains("Verdict: clean\n"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"))["hemocell"];
+  const auto report = readJson(folder.path() / "r.json")["hemocell"];
   CHECK(report["kept"] == 2);
   CHECK(report["loadedBy"] == "plug-in");
 
@@ -95,9 +93,7 @@ TEST_CASE("Of a state, check says what the plug-in keeps", "[executable][examina
   CHECK_THAT(run(folder.path(), check + " --minimum-distance-from-solid RBC 2").out,
              Contains("With loadParticles() HemoCell keeps 2 of 2 RBC\n"));
   writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 13.5, 8)});
-  const Ran lost = run(folder.path(), check);
-  INFO(lost.all());
-  CHECK(lost.exitCode == 4);
+  const Ran lost = ended(folder, 4, check);
   CHECK_THAT(lost.out,
              Contains("With loadParticles() HemoCell keeps 1 of 2 RBC; deletes 1: a vertex lies on a "
                       "wall node"));
@@ -132,18 +128,14 @@ TEST_CASE("Cells that stay near the wall cause a warning", "[executable][examina
   // Deformed cells, the nearest at the wall of a pipe of radius 8 µm.
   const auto warned = [&](double y) {
     writeDeformed(folder.path() / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, y, 8)}, Vec3(25.5, 16, 16));
-    const Ran ran = run(folder.path(), lumen + "--blood flowing.h5");
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
+    const Ran ran = ok(folder, lumen + "--blood flowing.h5");
     return ran.err;
   };
   CHECK_THAT(warned(8.0), !Contains("the cells stay where they were"));
   double y = 8.5;  // and nearer, in steps shorter than the clearance
   while (!Catch::contains(warned(y), "the cells stay where they were") && y < 15.0) y += 0.3;
   CHECK_THAT(warned(y), Contains("the nearest 0.") && Contains("--wall-clearance 0.5, or less, moves them"));
-  const Ran moved = run(folder.path(), lumen + "--blood flowing.h5 --wall-clearance 0.4");
-  INFO(moved.all());
-  CHECK(moved.exitCode == 0);
+  const Ran moved = ok(folder, lumen + "--blood flowing.h5 --wall-clearance 0.4");
   CHECK_THAT(moved.err, !Contains("the cells stay"));
 }
 

@@ -52,8 +52,8 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
   for (const StateCells::Kind& kind : kinds)
     CHECK(readText(folder.path() / "held" / (kind.name + ".pos")) ==
           readText(folder.path() / (kind.name + ".pos")));
-  auto expected = nlohmann::json::parse(readText(folder.path() / "report.json"));
-  auto report = nlohmann::json::parse(reportText(packing));
+  auto expected = readJson(folder.path() / "report.json");
+  auto report = parseJson(reportText(packing));
   for (const char* run : {"times", "command", "configuration", "program"})
     for (nlohmann::json* one : {&expected, &report}) one->erase(run);
   CHECK(report == expected);

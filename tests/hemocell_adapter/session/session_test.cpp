@@ -50,13 +50,13 @@ TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
                      "--report report.json");
   const int cells = 6 * 21;  // 0.3 · 16 · 18 · 20 / 81.1163 = 21.3
   CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
-  CHECK(run(folder.path(), "check --box 32 18 60 --ends periodic").exitCode == 0);
+  ok(folder, "check --box 32 18 60 --ends periodic");
   CHECK_THAT(ran.out, Contains("periodic box 32 x 18 x 60"));
   // Images of one cell follow each other.
   const auto lines = readPos(folder.path() / "RBC.pos");
   CHECK(lines[1].position == lines[0].position + Vec3(0, 0, 20));
   CHECK(lines[1].angles == lines[0].angles);
-  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  const auto report = readJson(folder.path() / "report.json");
   CHECK(report["species"][0]["placed"] == cells);
   const auto& repeated = report["repeated"];
   CHECK(repeated["times"] == nlohmann::json({2, 1, 3}));
@@ -67,7 +67,7 @@ TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
   CHECK(repeated["certificate"]["minimumGap"].get<double>() ==
         Approx(report["certificate"]["minimumGap"].get<double>()));
   CHECK(repeated["statistics"]["sweeps"] > 0);
-  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
+  ok(folder, "16 18 20 --ends periodic --rbc 3 --walls x --tile 1 2 1");
 }
 
 // Sessions, without a process: what they make, hand out and refuse.
