@@ -201,7 +201,7 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
 }  // namespace
 
 TEST_CASE("A run killed at random times continues to the same files") {
-  requireSameAfterKills(undisturbed("32 32 32 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 24,
+  requireSameAfterKills(undisturbed("20 20 20 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 24,
                         {"TERM", "KILL"});
 }
 
