@@ -107,7 +107,7 @@ int cellsIn(const fs::path& file) {
   return n;
 }
 
-Ran run(const fs::path& folder, const std::string& arguments, const std::string& program) {
+Ran run(const Folder& folder, const std::string& arguments, const std::string& program) {
   const Settings settings;
   fs::current_path(folder);
   const std::vector<std::string> words = shellWords(arguments);
@@ -119,23 +119,22 @@ Ran run(const fs::path& folder, const std::string& arguments, const std::string&
   return ran;
 }
 
-Ran ended(const fs::path& folder, int exitCode, const std::string& arguments, const std::string& program) {
-  Ran ran = run(folder, arguments, program);
-  INFO(program << ' ' << arguments.substr(0, 1000) << '\n' << ran.all().substr(0, 10000));
+Ran withExit(int exitCode, Ran ran) {
+  INFO(ran.all().substr(0, 10000));
   REQUIRE(ran.exitCode == exitCode);
   return ran;
 }
 
-Ran ended(const TemporaryFolder& folder, int exitCode, const std::string& arguments,
-          const std::string& program) {
-  return ended(folder.path(), exitCode, arguments, program);
+Ran ended(const Folder& folder, int exitCode, const std::string& arguments, const std::string& program) {
+  INFO(program << ' ' << arguments.substr(0, 1000));
+  return withExit(exitCode, run(folder, arguments, program));
 }
 
-Ran ok(const TemporaryFolder& folder, const std::string& arguments) {
+Ran ok(const Folder& folder, const std::string& arguments) {
   return ended(folder, 0, arguments);
 }
 
-Ran runProcess(const fs::path& folder, const std::string& arguments, const std::string& prefix,
+Ran runProcess(const Folder& folder, const std::string& arguments, const std::string& prefix,
                const std::string& program) {
   const TemporaryFolder output;
   const std::string command = "cd '" + folder.string() + "' && " + awaitingAll() + " env " + prefix + " '" +

@@ -16,6 +16,16 @@ nlohmann::json readJson(const std::filesystem::path& file);
 /// How many cells a .pos file announces; -1: it does not.
 int cellsIn(const std::filesystem::path& file);
 
+/// A path, or the folder of a test.
+struct Folder : std::filesystem::path {
+  Folder(const std::filesystem::path& there) : std::filesystem::path(there) {}
+  Folder(const TemporaryFolder& folder) : std::filesystem::path(folder.path()) {}
+};
+
+inline std::filesystem::path operator/(const TemporaryFolder& folder, const std::string& name) {
+  return folder.path() / name;
+}
+
 struct Ran {
   int exitCode = -1;
   std::string out, err;
@@ -24,20 +34,19 @@ struct Ran {
 
 /// What `packMesh` (or `packCells`) does in `folder`, by the function that its main() calls, in this process.
 /// @param arguments as a shell splits them
-Ran run(const std::filesystem::path& folder, const std::string& arguments,
-        const std::string& program = "packMesh");
+Ran run(const Folder& folder, const std::string& arguments, const std::string& program = "packMesh");
 
 /// The same, and requires this exit code.
-Ran ended(const std::filesystem::path& folder, int exitCode, const std::string& arguments,
+Ran ended(const Folder& folder, int exitCode, const std::string& arguments,
           const std::string& program = "packMesh");
-Ran ended(const TemporaryFolder& folder, int exitCode, const std::string& arguments,
-          const std::string& program = "packMesh");
-Ran ok(const TemporaryFolder& folder, const std::string& arguments);
+Ran ok(const Folder& folder, const std::string& arguments);
+/// Requires it of a run.
+Ran withExit(int exitCode, Ran ran);
 
 /// Starts the executable: for what only a process shows.
 /// @param prefix put before the program: variables, timeout, mpirun; all that these start has ended
 /// afterwards
-Ran runProcess(const std::filesystem::path& folder, const std::string& arguments, const std::string& prefix,
+Ran runProcess(const Folder& folder, const std::string& arguments, const std::string& prefix,
                const std::string& program = "packMesh");
 
 /// Prefix for what must have ended, with all that it starts, when the next command begins.

@@ -15,7 +15,7 @@ TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does
           "[executable]") {
   const SampleCase folder("<packing> <method> cat </method> <builder> chords </builder> </packing>");
   const Ran packed = ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
-  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  const int rbc = cellsIn(folder / "RBC.pos"), plt = cellsIn(folder / "PLT.pos");
   CHECK(rbc > 10);
   CHECK_THAT(packed.out,
              Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
@@ -23,26 +23,21 @@ TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does
   CHECK_THAT(packed.out, Contains("Method: growth"));
   CHECK_THAT(packed.out, Contains("iterations"));
   ok(folder, "check config.xml");
-  const std::string first = readText(folder.path() / "RBC.pos");
+  const std::string first = readText(folder / "RBC.pos");
   ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
-  CHECK(readText(folder.path() / "RBC.pos") == first);
+  CHECK(readText(folder / "RBC.pos") == first);
   requireRefused(folder,
                  {{"config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation", 2, "<method> cat"}});
 
   const TemporaryFolder box;
-  Ran ran = run(box.path(), "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  Ran ran = ok(box, "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
   ok(box, "check --box 16 16 16");
-  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
-  CHECK(ran.exitCode == 3);
+  ran = ended(box, 3, "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
   CHECK_THAT(ran.err, Contains("3 iterations"));
   requireRefused(box, {{"16 16 16 --hematocrit 0.35 --method dog", 1, "cat"},
                        {"16 16 16 --hematocrit 0.35 --builder chords", 1, "'--builder' is for --method cat"},
                        {"16 16 16 --hematocrit 0.35 --escape", 1, "'--escape' is for --method cat"}});
-  ran = run(box.path(), "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder cat-faces");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  ran = ok(box, "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder cat-faces");
   CHECK_THAT(ran.out, Contains("tetrahedra"));
   CHECK_THAT(ran.out, Contains("attempts of TetGen"));
 }
@@ -51,8 +46,8 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 3 --method cat ";
   const auto posOf = [&](const std::string& arguments) {
-    const Ran ran = ok(folder, command + arguments);
-    return readText(folder.path() / "RBC.pos");
+    ok(folder, command + arguments);
+    return readText(folder / "RBC.pos");
   };
   const std::string plain = posOf("");
   // Each of them changes the packing; the values of a table's fallbacks do not.
@@ -78,13 +73,13 @@ TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 5 --plt 2 --method cat --stock PLT 4 ";
   const Ran ran = ok(folder, command + "--escape --state state.h5");
-  CHECK(cellsIn(folder.path() / "RBC.pos") == 5);
-  const std::string platelets = readText(folder.path() / "PLT.pos");
-  CHECK(cellsIn(folder.path() / "PLT.pos") == 6);
+  CHECK(cellsIn(folder / "RBC.pos") == 5);
+  const std::string platelets = readText(folder / "PLT.pos");
+  CHECK(cellsIn(folder / "PLT.pos") == 6);
   CHECK_THAT(ran.out, Contains("PLT: 6 placed (2 requested + 4 from the reserve)"));
   ok(folder, "check --box 12 12 12");
-  std::filesystem::remove(folder.path() / "PLT.pos");
+  std::filesystem::remove(folder / "PLT.pos");
   ok(folder, "--restart state.h5");
-  CHECK(readText(folder.path() / "PLT.pos") == platelets);
+  CHECK(readText(folder / "PLT.pos") == platelets);
   requireRefused(folder, {{command, 2, "'PLT' has a reserve (stock), which only --escape uses"}});
 }

@@ -13,11 +13,11 @@ TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles ove
   // on it.
   const SampleCase folder;
   // A wedge with a slanted face through nodes: i - 4 + j - 4 <= 8, from (4, 4) on.
-  writeText(folder.path() / "wedge.off",
+  writeText(folder / "wedge.off",
             "OFF\n6 8 0\n2 2 -1\n6 2 -1\n2 6 -1\n2 2 21\n6 2 21\n2 6 21\n3 0 2 1\n3 3 4 5\n3 0 1 4\n3 0 4 "
             "3\n3 1 2 5\n"
             "3 1 5 4\n3 2 0 3\n3 2 3 5\n");
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
                       "<packing> <walls> none </walls> <container> <obstacles>\n"
                       "<cylinder axis=\"z\" radius=\"5\" length=\"30\" center=\"10 10 10\"/>\n"
