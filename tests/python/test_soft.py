@@ -204,7 +204,7 @@ def test_packing_of_refuses(packing, tmp_path):
     wrong(vertices, "cells: expected")
     wrong({"RBC": vertices}, "the cells are there; expected no hematocrit", hematocrit=0.4)
     wrong({"RBC": vertices + (0, 0, 4)}, "wall|inside|box", ends=None)
-    wrong(r"packing_of\(\) got an unexpected keyword argument 'wals'", lambda: packmesh.packing_of({"RBC": vertices}, **lumen, wals="x"), TypeError)
+    refused(r"packing_of\(\) got an unexpected keyword argument 'wals'", lambda: packmesh.packing_of({"RBC": vertices}, **lumen, wals="x"), TypeError)
 
 
 def test_packing_of_a_case(case):
