@@ -59,7 +59,7 @@ def case(tmp_path):
     return folder
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def tube():
     """Vertices and triangles of a closed tube along x, 40 long, of radius 10 [µm]."""
     around = np.linspace(0, 2 * np.pi, 24, endpoint=False)

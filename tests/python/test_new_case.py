@@ -692,6 +692,29 @@ def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
         assert steps.max() < 0.11
 
 
+@pytest.fixture(scope="module")
+def surfaces(bifurcation, tmp_path_factory):
+    """Files that are refused, or are with some options."""
+    folder = tmp_path_factory.mktemp("surfaces")
+    vertices, triangles = swept(straight(), 10.0)
+    write_stl(folder / "tube.stl", vertices, triangles)
+    write_stl(folder / "small.stl", 0.1 * vertices, triangles)
+    write_stl(folder / "holed.stl", vertices, np.delete(triangles, 700, axis=0))
+    write_stl(folder / "two.stl", np.concatenate([vertices, vertices + 100]), np.concatenate([triangles, triangles + len(vertices)]))
+    (folder / "cut.stl").write_bytes((folder / "tube.stl").read_bytes()[:-20])
+    half = np.linspace(0, np.pi, 49)
+    write_stl(folder / "uturn.stl", *swept(np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1], 6.0))
+    ball, faces = sphere(3)
+    write_stl(folder / "ball.stl", 20 * ball, faces)
+    write_stl(folder / "cube.stl", *box(30, 30, 30))
+    write_stl(folder / "flat.stl", np.zeros((3, 3)), np.array([[0, 1, 2]] * 5))
+    (folder / "bifurcation.stl").symlink_to(bifurcation)
+    (folder / "taken").mkdir()
+    for name in ("RBC", "RBC_other", "Ball"):
+        (folder / f"{name}.xml").write_text(RED)
+    return folder
+
+
 @pytest.mark.parametrize("words, code, message", [
     ("tube.stl --unit um --drive inlet --inlet 3", 2, "inlet: expected numbers of ends from 1 to 2, found 3"),
     ("small.stl", 2, "the unit of the surface is not clear: its widest end is 1.99"),
@@ -721,31 +744,21 @@ def test_points_of_slender_triangles_are_as_dense_as_those_of_others():
     ("tube.stl --unit mm --velocity 300", 2, "or scale the vessel, whose end is 199"),
     ("tube.stl --unit um --profile table.csv", 1, "invalid choice"),
     ("none.stl", 2, "none.stl: there is no such file")])
-def test_what_is_refused(words, code, message, bifurcation, tmp_path):
-    vertices, triangles = swept(straight(), 10.0)
-    write_stl(tmp_path / "tube.stl", vertices, triangles)
-    write_stl(tmp_path / "small.stl", 0.1 * vertices, triangles)
-    write_stl(tmp_path / "holed.stl", vertices, np.delete(triangles, 700, axis=0))
-    write_stl(tmp_path / "two.stl", np.concatenate([vertices, vertices + 100]), np.concatenate([triangles, triangles + len(vertices)]))
-    (tmp_path / "cut.stl").write_bytes((tmp_path / "tube.stl").read_bytes()[:-20])
-    half = np.linspace(0, np.pi, 49)
-    write_stl(tmp_path / "uturn.stl", *swept(np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1], 6.0))
-    ball, faces = sphere(3)
-    write_stl(tmp_path / "ball.stl", 20 * ball, faces)
-    write_stl(tmp_path / "cube.stl", *box(30, 30, 30))
-    write_stl(tmp_path / "flat.stl", np.zeros((3, 3)), np.array([[0, 1, 2]] * 5))
-    (tmp_path / "bifurcation.stl").symlink_to(bifurcation)
-    (tmp_path / "taken").mkdir()
-    for name in ("RBC", "RBC_other", "Ball"):
-        (tmp_path / f"{name}.xml").write_text(RED)
-    before = sorted(path.name for path in tmp_path.iterdir())
-    assert message in output_of(["new-case", *words.split()], tmp_path, code)
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+def test_what_is_refused(words, code, message, surfaces):
+    before = sorted(path.name for path in surfaces.iterdir())
+    assert message in output_of(["new-case", *words.split()], surfaces, code)
+    assert sorted(path.name for path in surfaces.iterdir()) == before
 
 
 @pytest.fixture(scope="module")
 def tube(tmp_path_factory):
     return write_stl(tmp_path_factory.mktemp("tube") / "tube.stl", *swept(straight(), 10.0))
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """Where the size does not matter."""
+    return write_stl(tmp_path_factory.mktemp("short") / "short.stl", *swept(straight(20.0, 8), 6.0))
 
 
 @pytest.mark.parametrize("word", ["plain", "a b", "it's", "$(touch x)", "a\ntouch x\n#", "\udcff.stl", "ü'\\\n", "x\u2028y", "-"])
@@ -761,18 +774,18 @@ def test_no_comment_of_cpp_continues(text, comment):
 
 
 @pytest.fixture(scope="module")
-def plain(tube, tmp_path_factory):
+def plain(short, tmp_path_factory):
     """A case of a surface with a plain name."""
     folder = tmp_path_factory.mktemp("plain")
-    (folder / "plain.stl").symlink_to(tube)
+    (folder / "plain.stl").symlink_to(short)
     packmesh.new_case(folder / "plain.stl", folder / "case", hematocrit=0.1)
     return folder / "case"
 
 
 @pytest.mark.parametrize("name", ["a\ntouch PWNED\n#", "a--b-", "-->", "\udcff", "back\\", "é\r\x85\u2028", '"><x>', "]]#[["])
-def test_a_name_is_no_code(name, plain, tube, tmp_path):
+def test_a_name_is_no_code(name, plain, short, tmp_path):
     """Files of a case differ from those of another name in comments alone, and in their lines of Markdown."""
-    (tmp_path / f"{name}.stl").symlink_to(tube)
+    (tmp_path / f"{name}.stl").symlink_to(short)
     packmesh.new_case(tmp_path / f"{name}.stl", tmp_path / "case", hematocrit=0.1)
     folders = plain, tmp_path / "case"
     for file in ("job.sh", "CMakeLists.txt", "case.cpp", "config.xml", "README.md"):

@@ -120,8 +120,8 @@ def test_exports_and_page(packing, tmp_path):
 
 
 def test_refusals():
-    refused(r"0.01 pN are allowed \(max_force\)", lambda: packmesh.pack(**DENSE, soft=True, max_force=0.01, max_iterations=400), packmesh.InfeasibleError)
-    refused(r"1 % are allowed \(max_area_change\)", lambda: packmesh.pack(**DENSE, soft=True, max_area_change=0.01, max_iterations=400), packmesh.InfeasibleError)
+    refused(r"0.01 pN are allowed \(max_force\)", lambda: packmesh.pack(**DENSE, soft=True, max_force=0.01, max_iterations=150), packmesh.InfeasibleError)
+    refused(r"1 % are allowed \(max_area_change\)", lambda: packmesh.pack(**DENSE, soft=True, max_area_change=0.01, max_iterations=150), packmesh.InfeasibleError)
 
 
 def test_best_effort_and_auto():
