@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // The packMesh executable: understands the command line, does the job, tells scripts how it went.
-#include <fmt/format.h>
-
 #include <chrono>
 #include <limits>
 #include <optional>
@@ -11,11 +9,6 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/messages.h"
-#include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/settings/command_line.h"
-#include "packMesh/core/input_file.h"
-#include "packMesh/core/version.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/parallel/launcher.h"
 
@@ -44,63 +37,6 @@ ExitCode tellNotConnected(const LaunchedTasks& tasks) {
   else  // launchers can end all tasks with the first one
     std::this_thread::sleep_for(std::chrono::seconds(1));
   return ExitCode::notConnected;
-}
-
-/// What is printed instead of packing or checking.
-std::string documentText(const CommandLine& commandLine) {
-  switch (commandLine.command) {
-    case Command::help:
-      return helpText(commandLine.asPackCells);
-    case Command::version:
-      return fmt::format("packMesh {} ({})\n", packmesh::version(), packmesh::gitHash());
-    case Command::reference:
-      return referenceText();
-    case Command::man:
-      return manText();
-    case Command::completion:
-      return completionText();
-    case Command::pack:
-    case Command::check:
-      break;
-  }
-  return {};
-}
-
-ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
-             const Communicator& ranks) {
-  const InputRecord inputs;  // none of them is overwritten
-  CommandLine commandLine;
-  together(ranks, [&] {
-    commandLine = parseCommandLine(program, arguments);
-    if (commandLine.command == Command::pack) commandLine.request = continued(commandLine.request);
-  });
-  const bool first = ranks.rank() == 0;
-  if (commandLine.command != Command::pack && commandLine.command != Command::check) {
-    if (first) fmt::print("{}", documentText(commandLine));
-    return ExitCode::ok;
-  }
-  const Request& asked = commandLine.request;
-  if (first && asked.quiet) log::setLevel(log::Level::quiet);
-  if (first && asked.verbose) log::setLevel(log::Level::verbose);
-  catchSignals();
-  return commandLine.command == Command::pack ? runPacking(asked, ranks) : runCheck(asked, ranks);
-}
-
-/// Runs, and reports errors. @return the exit code, the same on all ranks
-ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
-                    const Communicator& ranks) {
-  Arrival failures(ranks);
-  try {
-    return run(program, arguments, ranks);
-  } catch (const AgreedFailure& failure) {
-    log::error(failure.what());
-    return failure.code();
-  } catch (...) {
-    const Failure failure = failureOfException();
-    endUnlessOfAll(failure, failures, ranks);
-    log::error(failure.message);
-    return failure.code;
-  }
 }
 
 }  // namespace

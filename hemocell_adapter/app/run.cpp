@@ -31,6 +31,9 @@
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/session/session.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/core/input_file.h"
+#include "packMesh/core/version.h"
 #include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {
@@ -326,6 +329,66 @@ ExitCode runPacking(const Request& asked, const Communicator& ranks) {
                          [&](const CompletedRequest& one, const OutputRequest& outputOfOne) {
                            return packOnce(one, outputOfOne, ranks);
                          });
+}
+
+namespace {
+
+/// What is printed instead of packing or checking.
+std::string documentText(const CommandLine& commandLine) {
+  switch (commandLine.command) {
+    case Command::help:
+      return helpText(commandLine.asPackCells);
+    case Command::version:
+      return fmt::format("packMesh {} ({})\n", version(), gitHash());
+    case Command::reference:
+      return referenceText();
+    case Command::man:
+      return manText();
+    case Command::completion:
+      return completionText();
+    case Command::pack:
+    case Command::check:
+      break;
+  }
+  return {};
+}
+
+ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
+             const Communicator& ranks) {
+  const InputRecord inputs;  // none of them is overwritten
+  CommandLine commandLine;
+  together(ranks, [&] {
+    commandLine = parseCommandLine(program, arguments);
+    if (commandLine.command == Command::pack) commandLine.request = continued(commandLine.request);
+  });
+  const bool first = ranks.rank() == 0;
+  if (commandLine.command != Command::pack && commandLine.command != Command::check) {
+    if (first) fmt::print("{}", documentText(commandLine));
+    return ExitCode::ok;
+  }
+  const Request& asked = commandLine.request;
+  if (first && asked.quiet) log::setLevel(log::Level::quiet);
+  if (first && asked.verbose) log::setLevel(log::Level::verbose);
+  catchSignals();
+  return commandLine.command == Command::pack ? runPacking(asked, ranks) : runCheck(asked, ranks);
+}
+
+}  // namespace
+
+ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
+                    const Communicator& ranks) {
+  Arrival failures(ranks);
+  try {
+    return run(program, arguments, ranks);
+  } catch (const AgreedFailure& failure) {
+    log::error(failure.what());
+    return failure.code();
+  } catch (...) {
+    const Failure failure = failureOfException();
+    endUnlessOfAll(failure, failures, ranks);
+    log::error(failure.message);
+    return failure.code;
+  }
 }
 
 }  // namespace packmesh::hemocell

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -51,5 +52,11 @@ ExitCode runPacking(const Request& asked, const Communicator& ranks);
 /// @return ok if all are clean; otherwise the highest code
 /// @throws UsageError, InputError; AgreedFailure if there are several ranks
 ExitCode runCheck(const Request& asked, const Communicator& ranks);
+
+/// All that the program does with its arguments: runs a command, prints what is asked for, reports errors.
+/// All ranks call. Signals are caught from then on.
+/// @return the exit code, the same on all ranks
+ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
+                    const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 
 import numpy as np
+import packmesh
 import pytest
 
 SOURCE = pathlib.Path(os.environ.get("PACKMESH_SOURCE", pathlib.Path(__file__).parents[2]))
@@ -25,6 +26,12 @@ def run_program(folder, *words, code=0):
     done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
+
+
+def refused(match, function, kind=packmesh.InputError):
+    """Calling the function raises such an error, whose message matches."""
+    with pytest.raises(kind, match=match):
+        function()
 
 
 @pytest.fixture
@@ -52,7 +59,7 @@ def case(tmp_path):
     return folder
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def tube():
     """Vertices and triangles of a closed tube along x, 40 long, of radius 10 [µm]."""
     around = np.linspace(0, 2 * np.pi, 24, endpoint=False)

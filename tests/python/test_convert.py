@@ -5,6 +5,7 @@ import types
 
 import numpy as np
 import pytest
+from conftest import refused
 
 import packmesh
 from packmesh import convert
@@ -64,5 +65,4 @@ def test_pyvista(packing, monkeypatch):
 @pytest.mark.parametrize("name", ["meshio", "trimesh", "pyvista"])
 def test_missing(packing, monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(ImportError, match=rf"needs the Python package {name} \(pip install {name}\)"):
-        getattr(packing, "to_" + name)()
+    refused(rf"needs the Python package {name} \(pip install {name}\)", lambda: getattr(packing, "to_" + name)(), ImportError)

@@ -10,7 +10,7 @@ import warnings
 
 import numpy as np
 import pytest
-from conftest import TUBE_CASE, write_off
+from conftest import TUBE_CASE, refused, write_off
 
 import packmesh
 from packmesh import Box, Mesh, Region, Species
@@ -116,29 +116,19 @@ def test_kinds():
 
 
 def test_arguments():
-    with pytest.raises(packmesh.InputError, match="nothing to do"):
-        packmesh.pack()
-    with pytest.raises(packmesh.InputError, match="three sizes"):
-        packmesh.pack(box=(1, 2), hematocrit=0.1)
-    with pytest.raises(packmesh.InputError, match="of shape"):
-        packmesh.pack(vessel=([[0, 0]], [[0, 1, 2]]), hematocrit=0.1)
-    with pytest.raises(packmesh.InputError, match='^species."RBC".\\.count: expected'):
-        packmesh.pack(box=(20, 20, 20), species={"RBC": packmesh.Species(count=-1)})
-    with pytest.raises(packmesh.InputError, match="expected a Box, Cylinder, Sphere or Mesh"):
-        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, obstacles=[3])
-    with pytest.raises(packmesh.InputError, match="of mpi4py"):
-        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, comm=3)
+    refused("nothing to do", lambda: packmesh.pack())
+    refused("three sizes", lambda: packmesh.pack(box=(1, 2), hematocrit=0.1))
+    refused("of shape", lambda: packmesh.pack(vessel=([[0, 0]], [[0, 1, 2]]), hematocrit=0.1))
+    refused('^species."RBC".\\.count: expected', lambda: packmesh.pack(box=(20, 20, 20), species={"RBC": packmesh.Species(count=-1)}))
+    refused("expected a Box, Cylinder, Sphere or Mesh", lambda: packmesh.pack(box=(20, 20, 20), hematocrit=0.1, obstacles=[3]))
+    refused("of mpi4py", lambda: packmesh.pack(box=(20, 20, 20), hematocrit=0.1, comm=3))
     with pytest.raises(TypeError):
         packmesh.pack(box=(20, 20, 20), hematocrits=0.1)
-    with pytest.raises(TypeError, match="^realisations\\(\\) got an unexpected"):
-        packmesh.realisations(2, box=(20, 20, 20), hematocrits=0.1)
+    refused("^realisations\\(\\) got an unexpected", lambda: packmesh.realisations(2, box=(20, 20, 20), hematocrits=0.1), TypeError)
     for count in (0, 2.0, True):
-        with pytest.raises(packmesh.InputError, match="realisations: expected a number of packings"):
-            packmesh.realisations(count, box=(20, 20, 20), hematocrit=0.1)
-    with pytest.raises(packmesh.InputError, match="each needs another state"):
-        packmesh.realisations(2, box=(20, 20, 20), hematocrit=0.1, state="cells.h5")
-    with pytest.raises(packmesh.InputError, match='^growth_frames is for method="cat"$'):
-        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, growth_frames=2)
+        refused("realisations: expected a number of packings", lambda: packmesh.realisations(count, box=(20, 20, 20), hematocrit=0.1))
+    refused("each needs another state", lambda: packmesh.realisations(2, box=(20, 20, 20), hematocrit=0.1, state="cells.h5"))
+    refused('^growth_frames is for method="cat"$', lambda: packmesh.pack(box=(20, 20, 20), hematocrit=0.1, growth_frames=2))
 
 
 def test_obstacles():
@@ -152,18 +142,14 @@ def test_obstacles():
 
 def test_files(tmp_path):
     (tmp_path / "bad.pos").write_text("2\n1 2 3 4 5 6\n")
-    with pytest.raises(packmesh.InputError, match="bad.pos"):
-        packmesh.read_pos(tmp_path / "bad.pos")
+    refused("bad.pos", lambda: packmesh.read_pos(tmp_path / "bad.pos"))
     (tmp_path / "file").write_text("")
     packing = packmesh.pack(box=(20, 20, 20), species={"RBC": 3})
-    with pytest.raises(packmesh.OutputError, match="file"):
-        packing.write_pos(tmp_path / "file")
+    refused("file", lambda: packing.write_pos(tmp_path / "file"), packmesh.OutputError)
     with pytest.raises(packmesh.OutputError):
         packing.save(tmp_path / "none" / "cells.h5")
-    with pytest.raises(packmesh.InputError, match="finite"):
-        packmesh.write_pos(tmp_path, {"RBC": [[0, 0, float("nan"), 0, 0, 0]]})
-    with pytest.raises(packmesh.InputError, match="shape"):
-        packmesh.write_pos(tmp_path, {"RBC": [[0, 0, 0]]})
+    refused("finite", lambda: packmesh.write_pos(tmp_path, {"RBC": [[0, 0, float("nan"), 0, 0, 0]]}))
+    refused("shape", lambda: packmesh.write_pos(tmp_path, {"RBC": [[0, 0, 0]]}))
     with pytest.raises(packmesh.InputError):
         packmesh.load(tmp_path / "bad.pos")
     assert not (tmp_path / "RBC.pos").exists()
@@ -172,11 +158,9 @@ def test_files(tmp_path):
 def test_names_of_files(tmp_path):
     """Those of cells: nothing is written outside the folder."""
     for name in ("../evil", "a/b", "", ".", "a b", str(tmp_path / "evil")):
-        with pytest.raises(packmesh.InputError, match="expected a cell name"):
-            packmesh.write_pos(tmp_path / "w", {name: np.zeros((1, 6))})
+        refused("expected a cell name", lambda: packmesh.write_pos(tmp_path / "w", {name: np.zeros((1, 6))}))
     assert not list(tmp_path.rglob("*.pos"))
-    with pytest.raises(packmesh.InputError, match="expected a cell name"):
-        packmesh.pack(box=(20, 20, 20), species={"RBC": 2}, start={"../evil": np.zeros((1, 6))})
+    refused("expected a cell name", lambda: packmesh.pack(box=(20, 20, 20), species={"RBC": 2}, start={"../evil": np.zeros((1, 6))}))
 
 
 SMALL = dict(box=(20, 20, 20), species={"RBC": 2})
@@ -208,23 +192,16 @@ WRONG = {
 
 @pytest.mark.parametrize("text", WRONG)
 def test_wrong_arguments(text):
-    with pytest.raises(packmesh.InputError, match=text):
-        packmesh.pack(**WRONG[text])
+    refused(text, lambda: packmesh.pack(**WRONG[text]))
 
 
 def test_wrong_arguments_of_others(tmp_path):
-    with pytest.raises(packmesh.InputError, match="Case: expected the config.xml of a case, found None"):
-        packmesh.Case(None)
-    with pytest.raises(TypeError, match=r"forecast\(\) .*'foo'"):
-        packmesh.forecast(foo=1)
-    with pytest.raises(packmesh.InputError, match="the cells 'RBC': expected an array"):
-        packmesh.write_pos(tmp_path, {"RBC": "abc"})
-    with pytest.raises(packmesh.InputError, match="expected the name of a cell, found 3"):
-        packmesh.write_pos(tmp_path, {3: np.zeros((1, 6))})
-    with pytest.raises(packmesh.InputError, match="cells: expected"):
-        packmesh.write_pos(tmp_path, [1])
-    with pytest.raises(packmesh.InputError, match="found None"):
-        packmesh.check(None)
+    refused("Case: expected the config.xml of a case, found None", lambda: packmesh.Case(None))
+    refused(r"forecast\(\) .*'foo'", lambda: packmesh.forecast(foo=1), TypeError)
+    refused("the cells 'RBC': expected an array", lambda: packmesh.write_pos(tmp_path, {"RBC": "abc"}))
+    refused("expected the name of a cell, found 3", lambda: packmesh.write_pos(tmp_path, {3: np.zeros((1, 6))}))
+    refused("cells: expected", lambda: packmesh.write_pos(tmp_path, [1]))
+    refused("found None", lambda: packmesh.check(None))
 
 
 #: Calls with a path, by the name that their errors begin with.
@@ -259,17 +236,14 @@ def test_paths_that_no_file_has(path, tmp_path, monkeypatch):
     packing = packmesh.pack(**SMALL)
     for form in (path, pathlib.Path(path)):
         for name, call in WITH_A_PATH.items():
-            with pytest.raises(ValueError, match=f"^{re.escape(name)}: expected text without "):
-                call(form)
+            refused(f"^{re.escape(name)}: expected text without ", lambda: call(form), ValueError)
         for name, calls in OF_A_PACKING.items():
             for call in calls:
-                with pytest.raises(ValueError, match=f"^{name}: expected text without "):
-                    call(packing, form)
+                refused(f"^{name}: expected text without ", lambda: call(packing, form), ValueError)
     for call in (lambda: packmesh.pack(box=(20, 20, 20), species={path: packmesh.Species(count=2, ellipsoid=(1, 1, 1))}),
                  lambda: packmesh.pack(**SMALL, method=path), lambda: packmesh.write_pos("w", {path: np.zeros((1, 6))}),
                  lambda: packing.write_pos("w", export=[path])):
-        with pytest.raises(ValueError, match=": expected text without "):
-            call()
+        refused(": expected text without ", lambda: call(), ValueError)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -290,16 +264,13 @@ def test_paths_that_are_not_utf_8(tmp_path, monkeypatch, tube):
     assert packmesh.check(folder, vessel=folder / "tube.off").clean
     assert (packmesh.read_pos(folder / "RBC.pos") == packing.pos_lines("RBC")).all()
     assert {file.name for file in folder.iterdir()} >= {"RBC.pos", "cells.h5", "cells.pov"}
-    with pytest.raises(packmesh.InputError, match="none.xml: no such file"):
-        packmesh.pack(case=folder / "none.xml")
+    refused("none.xml: no such file", lambda: packmesh.pack(case=folder / "none.xml"))
 
 
 def test_names_that_a_spreadsheet_takes_for_a_formula(tmp_path):
     for name in ("=1+1", "+A", "-A", "@A", "\u202eA", "\ufeffA", "A\x9bB", "A B"):
-        with pytest.raises(packmesh.InputError, match="expected a cell name"):
-            packmesh.pack(box=(20, 20, 20), species={name: packmesh.Species(count=2, ellipsoid=(1, 1, 1))})
-        with pytest.raises(packmesh.InputError, match="expected a cell name"):
-            packmesh.write_pos(tmp_path, {name: np.zeros((1, 6))})
+        refused("expected a cell name", lambda: packmesh.pack(box=(20, 20, 20), species={name: packmesh.Species(count=2, ellipsoid=(1, 1, 1))}))
+        refused("expected a cell name", lambda: packmesh.write_pos(tmp_path, {name: np.zeros((1, 6))}))
 
 
 def test_single_bodies_and_empty_lists():
@@ -313,8 +284,7 @@ def test_single_bodies_and_empty_lists():
 @pytest.mark.parametrize("cells", [5, packmesh.Species(count=5)])
 def test_hematocrit_and_a_number(cells, pipe):
     for lumen in (dict(box=(20, 20, 20)), dict(case=pipe / "config.xml")):
-        with pytest.raises(packmesh.InputError, match='^hematocrit excludes species={"RBC": ...}: '):
-            packmesh.pack(**lumen, hematocrit=0.4, species={"RBC": cells})
+        refused('^hematocrit excludes species={"RBC": ...}: ', lambda: packmesh.pack(**lumen, hematocrit=0.4, species={"RBC": cells}))
     # Platelets, and some of the red cells, can have a number.
     assert packmesh.forecast(box=(20, 20, 20), hematocrit=0.2, species={"PLT": 5}).counts["PLT"] == 5
     case = packmesh.Case(pipe / "config.xml")
@@ -323,10 +293,8 @@ def test_hematocrit_and_a_number(cells, pipe):
 
 def test_lumen_of_a_packing(tmp_path, pipe):
     packing = packmesh.pack(**SMALL)
-    with pytest.raises(packmesh.InputError, match="expected no box"):
-        packmesh.check(packing, box=(5, 5, 5))
-    with pytest.raises(packmesh.InputError, match="is not of .*config.xml"):
-        packmesh.Case(pipe / "config.xml").check(packing)
+    refused("expected no box", lambda: packmesh.check(packing, box=(5, 5, 5)))
+    refused("is not of .*config.xml", lambda: packmesh.Case(pipe / "config.xml").check(packing))
     packing.save(tmp_path / "cells.h5")
     found = packmesh.check(tmp_path / "cells.h5")
     assert found.clean and found.counts["RBC"] == 2
@@ -375,8 +343,7 @@ def test_repairs_are_warnings(tmp_path, tube, caplog):
     with warnings.catch_warnings():
         warnings.simplefilter("error", packmesh.RepairWarning)
         packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=(vertices, triangles))})
-        with pytest.raises(packmesh.RepairWarning, match="flipped 1 surface"):
-            packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=inverted)})
+        refused("flipped 1 surface", lambda: packmesh.Case(tmp_path / "config.xml").pack(species={"Bead": Species(count=2, mesh=inverted)}), packmesh.RepairWarning)
 
 
 FILES = {
@@ -412,8 +379,7 @@ def test_booleans_are_no_texts(name, value):
         arguments = {name: value, "species": {"RBC": 1}}
     if value is None and name in ("red_cell", "rigid", "progress"):
         return
-    with pytest.raises(packmesh.InputError, match=f'^{"species.*" if name in ("red_cell", "rigid") else ""}{name}: expected .*True'):
-        packmesh.pack(box=(20, 20, 20), **arguments)
+    refused(f'^{"species.*" if name in ("red_cell", "rigid") else ""}{name}: expected .*True', lambda: packmesh.pack(box=(20, 20, 20), **arguments))
 
 
 def test_warnings_are_those_of_python():
@@ -425,8 +391,7 @@ def test_warnings_are_those_of_python():
         (packmesh.PackingWarning, "platelets is ignored: it belongs to hematocrit", __file__)]
     with warnings.catch_warnings():
         warnings.simplefilter("error", packmesh.PackingWarning)
-        with pytest.raises(packmesh.PackingWarning, match="platelets is ignored"):
-            packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1)
+        refused("platelets is ignored", lambda: packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1), packmesh.PackingWarning)
     assert issubclass(packmesh.RepairWarning, packmesh.PackingWarning)
 
 
@@ -442,8 +407,7 @@ def test_warnings_of_pos_files(tmp_path):
 
 
 def test_misspelled_cells():
-    with pytest.raises(packmesh.InputError, match=r"cell 'RCB' is unknown \(did you mean 'RBC'\?\): give it axes"):
-        packmesh.pack(box=(20, 20, 20), species={"RCB": 3})
+    refused(r"cell 'RCB' is unknown \(did you mean 'RBC'\?\): give it axes", lambda: packmesh.pack(box=(20, 20, 20), species={"RCB": 3}))
 
 
 def test_advice_in_terms_of_python(pipe):

@@ -291,13 +291,14 @@ def test_npfem_reads_its_own_templates_at_the_packed_places(program, tmp_path):
 @pytest.mark.parametrize("arguments, message", [
     ("18 18 18 --walls xyz --cell-mesh RBC 3 unused.off --mesh-frame RBC file --export npfem", "RBC has been repaired"),
     ("2000 2000 2000 --rbc 4000000 --validate --export lammps-molecular", "2568000000 atoms"),
-    ("2000 2000 2000 --rbc 4000000 --validate --export stl", "5120000000 triangles"),
-    ("18 18 18 --rbc 3 --export npfem", "RBC is not packed from a mesh file"),
-    ("18 18 18 --cell-mesh RBC 3 a.off --export npfem", "RBC is turned or scaled"),
-    ("OWN --mesh-scale RBC 0.9", "RBC is turned or scaled"),
-    ("OWN --wbc 1", r"red cells and platelets \(PLT...\) only, not WBC"),
-    ("OWN --cell-mesh stiffRBC 3 a.off --mesh-frame stiffRBC file", "but stiffRBC is a second"),
-    ("18 18 18 --cell-mesh RBC 3 a.off --mesh-frame RBC file --export npfem --ends periodic", "without --ends periodic")])
+    *(pytest.param(*row, marks=pytest.mark.long) for row in (
+        ("2000 2000 2000 --rbc 4000000 --validate --export stl", "5120000000 triangles"),
+        ("18 18 18 --rbc 3 --export npfem", "RBC is not packed from a mesh file"),
+        ("18 18 18 --cell-mesh RBC 3 a.off --export npfem", "RBC is turned or scaled"),
+        ("OWN --mesh-scale RBC 0.9", "RBC is turned or scaled"),
+        ("OWN --wbc 1", r"red cells and platelets \(PLT...\) only, not WBC"),
+        ("OWN --cell-mesh stiffRBC 3 a.off --mesh-frame stiffRBC file", "but stiffRBC is a second"),
+        ("18 18 18 --cell-mesh RBC 3 a.off --mesh-frame RBC file --export npfem --ends periodic", "without --ends periodic")))])
 def test_exports_that_the_other_program_would_misread_are_refused(arguments, message, program, tmp_path):
     """Before packing, by the program."""
     where = tmp_path / "program"

@@ -4,7 +4,7 @@ import os
 import threading
 
 import pytest
-from conftest import PROGRAM
+from conftest import PROGRAM, refused
 
 import packmesh
 
@@ -46,8 +46,7 @@ def test_faults(script, stand_in):
 
 def test_missing(monkeypatch):
     monkeypatch.setenv("PACKMESH_TETGEN", "/no/such/program")
-    with pytest.raises(packmesh.InputError, match="PACKMESH_TETGEN is '/no/such/program'"):
-        packmesh.pack(**PROBLEM, builder="cat-faces")
+    refused("PACKMESH_TETGEN is '/no/such/program'", lambda: packmesh.pack(**PROBLEM, builder="cat-faces"))
     packmesh.pack(**PROBLEM, builder="chords")  # needs none
 
 

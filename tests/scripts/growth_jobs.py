@@ -23,10 +23,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import same_bytes  # noqa: E402
 
-RANKS = [1, 2]  # --ranks
 RED = 81.1163  # volume of HemoCell's red cell [µm³]
-JOBS = {}
-ON_RANKS = set()
+JOBS, ON_RANKS, CASES = {}, set(), {}
 # A second of grace is waited for, whether ranks need it or not.
 ENVIRONMENT = {**os.environ, "OMPI_MCA_odls_base_sigkill_timeout": "0", "PRTE_MCA_odls_base_sigkill_timeout": "0"}
 
@@ -40,14 +38,15 @@ def require(condition, what):
         raise Failed(what)
 
 
-def job(function):
-    JOBS[function.__name__.replace("_", " ")] = function
-    return function
-
-
-def job_on_ranks(function):
-    ON_RANKS.add(job(function))
-    return function
+def job(function=None, case="", ranks=False):
+    """A job in a folder with the files of a case; ranks: on one and on two."""
+    def added(function):
+        name = function.__name__.replace("_", " ")
+        JOBS[name], CASES[name] = function, case
+        if ranks:
+            ON_RANKS.add(name)
+        return function
+    return added(function) if function else added
 
 
 class Job:
@@ -65,31 +64,31 @@ class Job:
         for folder in self.folders:
             (folder / name).write_text(text)
 
-    def replace(self, name, old, new):
-        text = (self.folders[0] / name).read_text()
-        require(old in text, f"{name} does not contain {old}")
-        self.write(name, text.replace(old, new))
-
-    def command(self, ranks, words):
-        return [*([str(self.program.parent / "await_all"), "mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []), str(self.program), *words.split()]
+    def done(self, folder, ranks, words):
+        launch = [str(self.program.parent / "await_all"), "mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+        return subprocess.run([*launch, str(self.program), *words.split()], cwd=folder, capture_output=True, text=True, check=False, env=ENVIRONMENT, errors="replace")
 
     def run_in(self, folder, ranks, words, code=0):
-        done = subprocess.run(self.command(ranks, words), cwd=folder, capture_output=True, text=True, check=False,
-                              env=ENVIRONMENT, errors="replace")
-        require(done.returncode == code, f"exit code {done.returncode} instead of {code} on {ranks} ranks: packMesh {words}\n"
-                + (done.stdout + done.stderr)[-1500:])
+        done = self.done(folder, ranks, words)
+        require(done.returncode == code, f"exit code {done.returncode} instead of {code} on {ranks} ranks: packMesh {words}\n" + (done.stdout + done.stderr)[-1500:])
         return done.stdout
 
     def run(self, words, ranks=None, code=0):
         """In each folder on its number of ranks or on the given ones; what the first printed."""
-        printed = []
-        for folder, n in zip(self.folders, ranks or self.ranks):
-            printed.append(self.run_in(folder, n, words, code))
-        require_same(self.folders, words)
+        printed = [self.run_in(folder, n, words, code) for folder, n in zip(self.folders, ranks or self.ranks)]
+        for other in self.folders[1:]:
+            files = [sorted(p.relative_to(folder) for p in folder.rglob("*") if p.is_file()) for folder in (self.folders[0], other)]
+            require(files[0] == files[1], f"{files[0]}, {other.name}: {files[1]} (packMesh {words})")
+            for file in files[0]:
+                require(same_bytes.content(self.folders[0] / file) == same_bytes.content(other / file), f"{file} differs in {other.name} (packMesh {words})")
         return printed[0]
 
-    def pack(self, words, ranks=None, code=0):
-        return self.run(words + " --method cat", ranks, code)
+    def pack(self, words, check=None, **more):
+        """check: what examines the files, in one folder, as they are the same."""
+        printed = self.run(words + " --method cat", **more)
+        if check is not None:
+            self.run_in(self.folders[0], 1, "check " + check)
+        return printed
 
     def prepare(self, words):
         """Packs on one rank what others start from or are compared with."""
@@ -97,106 +96,77 @@ class Job:
         for folder in self.folders[1:]:
             shutil.copytree(self.folders[0], folder, dirs_exist_ok=True)
 
-    def check(self, words):
-        """In one folder, as the files are the same."""
-        self.run_in(self.folders[0], 1, "check " + words)
-
-    def lines(self, name):
+    def lines(self, name="RBC.pos"):
         return (self.folders[0] / name).read_text().splitlines()[1:]
 
     def cells(self, name="RBC.pos"):
         return [tuple(map(float, line.split())) for line in self.lines(name)]
 
-    def count(self, number, name="RBC.pos"):
-        require(len(self.lines(name)) == number, f"{name} has {len(self.lines(name))} cells instead of {number}")
+    def count(self, numbers):
+        for name, number in numbers.items():
+            require(len(self.lines(name + ".pos")) == number, f"{len(self.lines(name + '.pos'))} cells {name} instead of {number}")
 
-    def report(self, name="r.json"):
-        return json.loads((self.folders[0] / name).read_text())
+    def same(self, name, other, first=None):
+        require(self.lines(name)[:first] == self.lines(other)[:first], f"{name} and {other} have other cells")
 
-
-def require_same(folders, words):
-    first, *others = folders
-    for other in others:
-        files = [sorted(p.relative_to(folder) for p in folder.rglob("*") if p.is_file()) for folder in (first, other)]
-        require(files[0] == files[1], f"{first.name}: {files[0]}, {other.name}: {files[1]} (packMesh {words})")
-        for file in files[0]:
-            require(same_bytes.content(first / file) == same_bytes.content(other / file),
-                    f"{file} differs between {first.name} and {other.name} (packMesh {words})")
-
-
-def angle_to(cell, axis):
-    """Between the symmetry axis (y of the template) of a line and a direction [degrees]."""
-    a, b, c = (math.radians(x) for x in cell[3:])
-    y = (math.cos(c) * math.sin(b) * math.sin(a) - math.sin(c) * math.cos(a),
-         math.sin(c) * math.sin(b) * math.sin(a) + math.cos(c) * math.cos(a), math.cos(b) * math.sin(a))
-    return math.degrees(math.acos(min(1.0, abs(sum(p * q for p, q in zip(y, axis))) / math.hypot(*axis))))
+    def report(self):
+        return json.loads((self.folders[0] / "r.json").read_text())
 
 
 def require_axes(cells, axis, spread):
-    worst = max(angle_to(cell, axis) for cell in cells)
-    require(worst <= spread + 1e-6, f"an axis is {worst} degrees from {axis}, {spread} are allowed")
+    """No symmetry axis (y of the template) of a line is farther from a direction [degrees]."""
+    for cell in cells:
+        a, b, c = (math.radians(x) for x in cell[3:])
+        y = (math.cos(c) * math.sin(b) * math.sin(a) - math.sin(c) * math.cos(a),
+             math.sin(c) * math.sin(b) * math.sin(a) + math.cos(c) * math.cos(a), math.cos(b) * math.sin(a))
+        angle = math.degrees(math.acos(min(1.0, abs(sum(p * q for p, q in zip(y, axis))) / math.hypot(*axis))))
+        require(angle <= spread + 1e-6, f"an axis is {angle} degrees from {axis}, {spread} are allowed")
 
 
-def require_hematocrit(cells, volume, hematocrit, where, within=0.501):
-    have, wanted = len(cells), hematocrit * volume / RED
-    require(abs(have - wanted) <= within, f"{have} red cells in {where}, {wanted:.2f} requested")
+def require_hematocrit(cells, volume, hematocrit, where="the lumen", within=0.501):
+    require(abs(len(cells) - hematocrit * volume / RED) <= within, f"{len(cells)} red cells in {where}, {hematocrit * volume / RED:.2f} requested")
 
 
-@job_on_ranks
+@job(ranks=True)
 def fixed_cells(j):
     box = "26 22 22 --wbc 1 --seed 5"
     j.prepare(box + " --output-dir white")
-    j.pack(box + " --fixed white/WBC.pos --hematocrit 0.2 --plt_ratio 0.1 --output-dir first")
-    require(j.lines("white/WBC.pos") == j.lines("first/WBC.pos"), "the fixed white cell moved")
-    require_hematocrit(j.cells("first/RBC.pos"), 26 * 22 * 22, 0.2, "the box")
-    j.check("--box 26 22 22 --output-dir first")
+    j.pack(box + " --fixed white/WBC.pos --hematocrit 0.2 --plt_ratio 0.1 --output-dir first", "--box 26 22 22 --output-dir first")
+    j.same("white/WBC.pos", "first/WBC.pos")
+    require_hematocrit(j.cells("first/RBC.pos"), 26 * 22 * 22, 0.2)
     red = len(j.lines("first/RBC.pos"))
-    j.pack(f"{box} --fixed first/WBC.pos --rbc {red} --fixed first/RBC.pos --plt 12 --output-dir more")
-    require(j.lines("first/RBC.pos") == j.lines("more/RBC.pos"), "fixed red cells moved")
-    j.count(12, "more/PLT.pos")
-    j.check("--box 26 22 22 --output-dir more")
+    j.pack(f"{box} --fixed first/WBC.pos --rbc {red} --fixed first/RBC.pos --plt 12 --output-dir more", "--box 26 22 22 --output-dir more")
+    j.same("first/RBC.pos", "more/RBC.pos")
+    j.count({"more/PLT": 12})
 
 
-@job_on_ranks
+@job(ranks=True)
 def fixed_cells_among_others_of_their_species(j):
     j.prepare("20 20 20 --rbc 8 --ends periodic --output-dir first")
-    j.pack("20 20 20 --rbc 25 --plt 6 --ends periodic --fixed first/RBC.pos --output-dir more")
-    require(j.lines("more/RBC.pos")[:8] == j.lines("first/RBC.pos"), "the fixed cells are not the first lines")
-    j.count(25, "more/RBC.pos")
-    j.check("--box 20 20 20 --ends periodic --output-dir more")
-
-
-@job
-def all_cells_fixed(j):
-    j.prepare("20 20 20 --rbc 8 --output-dir first")
-    j.pack("20 20 20 --rbc 8 --fixed first/RBC.pos --output-dir again")
-    require(j.lines("again/RBC.pos") == j.lines("first/RBC.pos"), "fixed cells moved")
+    j.pack("20 20 20 --rbc 25 --plt 6 --ends periodic --fixed first/RBC.pos --output-dir more", "--box 20 20 20 --ends periodic --output-dir more")
+    j.same("more/RBC.pos", "first/RBC.pos", 8)
+    j.count({"more/RBC": 25})
+    j.pack("20 20 20 --rbc 8 --fixed first/RBC.pos --ends periodic --output-dir again")
+    j.same("again/RBC.pos", "first/RBC.pos")
 
 
 @job
 def existing_cells(j):
     box = "22 22 22 --plt_ratio 0 --output-dir "
     j.pack(box + "first --hematocrit 0.15")
-    before = j.lines("first/RBC.pos")
-    j.pack(box + f"same --rbc {len(before)} --start first/RBC.pos")
-    require(j.lines("same/RBC.pos") == before, "a certified packing from which a run starts changed")
-    j.pack(box + "more --hematocrit 0.3 --start first/RBC.pos")
-    require_hematocrit(j.cells("more/RBC.pos"), 22 ** 3, 0.3, "the box")
-    j.check("--box 22 22 22 --output-dir more")
+    j.pack(box + f"same --rbc {len(j.lines('first/RBC.pos'))} --start first/RBC.pos")
+    j.same("same/RBC.pos", "first/RBC.pos")  # a certified packing from which a run starts
+    j.pack(box + "more --hematocrit 0.3 --start first/RBC.pos", "--box 22 22 22 --output-dir more")
+    require_hematocrit(j.cells("more/RBC.pos"), 22 ** 3, 0.3)
     j.pack(box + "fewer --hematocrit 0.1 --start more/RBC.pos")
-    require_hematocrit(j.cells("fewer/RBC.pos"), 22 ** 3, 0.1, "the box")
+    require_hematocrit(j.cells("fewer/RBC.pos"), 22 ** 3, 0.1)
     require(set(j.lines("fewer/RBC.pos")) <= set(j.lines("more/RBC.pos")), "cells of the random subset moved")
+    j.write("RBC.pos", "4\n8 8 8 0 0 0\n8 8.5 8 0 0 0\n9 9 9 40 50 60\n8.1 8 8 0 0 0\n")  # they overlap
+    j.pack("17 17 17 --rbc 12 --start RBC.pos --output-dir out", "--box 17 17 17 --output-dir out")
+    j.count({"out/RBC": 12})
 
 
-@job
-def existing_cells_that_overlap(j):
-    j.write("RBC.pos", "4\n8 8 8 0 0 0\n8 8.5 8 0 0 0\n9 9 9 40 50 60\n8.1 8 8 0 0 0\n")
-    j.pack("17 17 17 --rbc 12 --start RBC.pos --output-dir out")
-    j.count(12, "out/RBC.pos")
-    j.check("--box 17 17 17 --output-dir out")
-
-
-@job_on_ranks
+@job(ranks=True, case="container")
 def regions(j):
     j.write("config.xml", """<hemocell> <domain> <dx> 5e-7 </dx> <nx> 100 </nx> <ny> 52 </ny> <nz> 52 </nz> </domain>
 <packing> <walls> yz </walls> <cellFreeLayer> 1 </cellFreeLayer> <hematocrit> 0.15 </hematocrit>
@@ -204,246 +174,153 @@ def regions(j):
 <region hematocrit="0"> <box size="8 30 30" origin="36 0 0"/> </region>
 <species name="RBC"/> <species name="PLT" count="20"/> </packing> </hemocell>
 """)
-    printed = j.pack("config.xml --report r.json")
-    j.check("config.xml")
-    cells = j.cells()
-    lumen = j.report()["lumen"]
+    printed = j.pack("config.xml --report r.json", "config.xml")
+    cells, lumen = j.cells(), j.report()["lumen"]
     height, width = (h - l for h, l in list(zip(lumen["high"], lumen["low"]))[1:])
     plug, gap = ([c for c in cells if low <= c[0] <= high] for low, high in ((15, 30), (36, 44)))
     require(not gap, f"{len(gap)} red cells in the region without cells")
     # The sum over all regions is rounded, so that one of them may be one cell off.
     require_hematocrit(plug, 15 * height * width, 0.35, "region 1", 1)
-    require(f"Hematocrit of region 1: {len(plug) * RED / (15 * height * width):.4f}, {len(plug)} red cells" in printed,
-            "the summary states another hematocrit of region 1")
     require_hematocrit([c for c in cells if c not in plug], lumen["volume"] - 23 * height * width, 0.15, "the rest", 1)
-    j.count(20, "PLT.pos")
+    require(f"Hematocrit of region 1: {len(plug) * RED / (15 * height * width):.4f}, {len(plug)} red cells" in printed, "another hematocrit in the summary")
+    j.count({"PLT": 20})
 
 
 @job
-def cell_free_layer(j):
-    j.pack("--cylinder x 10 20 --hematocrit 0.2 --cell-free-layer 2 --plt_ratio 0.2")
-    j.check("--cylinder x 10 20 --cell-free-layer 2")
+def distances_and_axes(j):
+    j.pack("--cylinder x 10 20 --hematocrit 0.2 --cell-free-layer 2 --plt_ratio 0.2", "--cylinder x 10 20 --cell-free-layer 2")
     require(all(math.hypot(c[1] - 10, c[2] - 10) < 10 - 2 - 1.1 for c in j.cells()), "a red cell is in the cell-free layer")
-
-
-@job
-def axes_in_a_cone(j):
-    j.pack("20 20 20 --hematocrit 0.3 --orient RBC 1 0 0 20 --ends periodic")
-    require_axes(j.cells(), (1, 0, 0), 20)
-    j.check("--box 20 20 20 --ends periodic")
-    j.pack("20 20 20 --hematocrit 0.2 --orient RBC 1 2 3 0")
-    require_axes(j.cells(), (1, 2, 3), 0)
-    j.check("--box 20 20 20")
-
-
-@job
-def not_rotated(j):
-    j.pack("20 20 20 --hematocrit 0.3 --noRotate --plt_ratio 0.2")
+    for options, axis, spread in (("0.3 --orient RBC 1 0 0 20 --ends periodic", (1, 0, 0), 20), ("0.2 --orient RBC 1 2 3 0 --ends closed", (1, 2, 3), 0)):
+        j.pack("20 20 20 --hematocrit " + options, "--box 20 20 20 --ends " + options.split()[-1])
+        require_axes(j.cells(), axis, spread)
+    j.pack("20 20 20 --hematocrit 0.3 --noRotate --plt_ratio 0.2", "--box 20 20 20")
     require(all(c[3:] == (0, 0, 0) for c in j.cells() + j.cells("PLT.pos")), "a cell was rotated")
-    j.check("--box 20 20 20")
-
-
-@job
-def clearances(j):
-    j.pack("20 20 20 --hematocrit 0.25 --clearance 0.2 --wall-clearance 0.3 --walls xyz --report r.json")
+    apart = " --clearance 0.2 --wall-clearance 0.3 --walls xyz"
+    j.pack("20 20 20 --hematocrit 0.25 --report r.json" + apart, "--box 20 20 20" + apart)
     certificate = j.report()["certificate"]
-    require(certificate["minimumGap"] >= 0.2, f"a gap of {certificate['minimumGap']} µm")
-    require(certificate["minimumWallGap"] >= 0.3, f"a gap of {certificate['minimumWallGap']} µm to the wall")
-    j.check("--box 20 20 20 --walls xyz --clearance 0.2 --wall-clearance 0.3")
+    require(certificate["minimumGap"] >= 0.2 and certificate["minimumWallGap"] >= 0.3, f"gaps: {certificate}")
 
 
-@job
+@job(case="container")
 def wall_clearance_of_a_species(j):
-    case = """<hemocell> <domain> <dx> 5e-7 </dx> <nx> 44 </nx> <ny> 44 </ny> <nz> 44 </nz> </domain> <packing> <walls> yz </walls>
+    j.write("config.xml", """<hemocell> <domain> <dx> 5e-7 </dx> <nx> 44 </nx> <ny> 44 </ny> <nz> 44 </nz> </domain> <packing> <walls> yz </walls>
 <hematocrit> 0.2 </hematocrit> <species name="RBC"/> <species name="PLT" count="12" wallClearance="1.5"/> </packing> </hemocell>
-"""
-    j.write("config.xml", case)
-    j.pack("config.xml")
-    j.check("config.xml")
+""")
+    j.pack("config.xml", "config.xml")
     # Platelets are at least 1.1 µm thick.
-    for cell in j.cells("PLT.pos"):
-        require(all(2 < x < 21 - 1.0 for x in cell[1:3]), f"the platelet at {cell[:3]} is near the wall")
+    require(all(2 < x < 21 - 1.0 for cell in j.cells("PLT.pos") for x in cell[1:3]), "a platelet is near the wall")
 
 
 @job
-def hematocrit_in_a_closed_box(j):
-    j.pack("24 20 16 --hematocrit 0.4 --report r.json")
+def containers(j):
+    j.pack("24 20 16 --hematocrit 0.4 --report r.json", "--box 24 20 16")
     require(j.report()["hemocell"]["dropped"] == 0, "HemoCell drops cells of a closed box")
-    require_hematocrit(j.cells(), 24 * 20 * 16, 0.4, "the box")
-    j.check("--box 24 20 16")
+    require_hematocrit(j.cells(), 24 * 20 * 16, 0.4)
+    j.pack("--cylinder x 10 14 --hematocrit 0.5 --plt_ratio 0.05 --clearance 0 --wall-clearance 0", "--cylinder x 10 14")
+    require_hematocrit(j.cells(), math.pi * 100 * 14, 0.5)
+    for lumen, cells in (("--sphere 9", "--hematocrit 0.25"), ("--vessel tube.stl 1 --open-axis x --ends periodic", "--hematocrit 0.25 --plt_ratio 0.2"),
+                         ("--vessel sickle_large.stl 1", "--rbc 4 --plt 1")):
+        j.pack(f"{lumen} {cells}", lumen)
 
 
-@job
-def cylinder_at_half_hematocrit(j):
-    j.pack("--cylinder x 10 14 --hematocrit 0.5 --plt_ratio 0.05 --clearance 0 --wall-clearance 0")
-    require_hematocrit(j.cells(), math.pi * 100 * 14, 0.5, "the cylinder")
-    j.check("--cylinder x 10 14")
+def kept_by_hemocell(options, case, name, ranks=False):
+    """A job whose cells HemoCell keeps."""
+    def kept(j):
+        j.pack("config.xml --report r.json" + options, "config.xml" + options)
+        require(j.report()["hemocell"]["dropped"] == 0, "HemoCell drops cells")
+        if name == "two populations":
+            stiff, other = len(j.cells("RBC_stiff.pos")), len(j.cells())
+            require(abs(stiff - 0.2 * (stiff + other)) <= 0.5, f"{stiff} stiff red cells beside {other}, a fifth of all requested")
+        for x, y, z, *_ in j.cells() + j.cells("PLT.pos") if name == "obstacles" else ():
+            require(math.hypot(x - 20, y - 10) > 4 and math.dist((x, y, z), (30, 8, 8)) > 3, f"a cell in an obstacle, at {x} {y} {z}")
+    kept.__name__ = name
+    job(kept, case, ranks)
 
 
-@job
-def vessels(j):
-    j.pack("--sphere 9 --hematocrit 0.25")
-    j.check("--sphere 9")
-    j.pack("--vessel tube.stl 1 --open-axis x --ends periodic --hematocrit 0.25 --plt_ratio 0.2")
-    j.check("--vessel tube.stl 1 --open-axis x --ends periodic")
-    j.pack("--vessel sickle_large.stl 1 --rbc 4 --plt 1")
-    j.check("--vessel sickle_large.stl 1")
-
-
-def kept_by_hemocell(j, options=""):
-    j.pack("config.xml --report r.json" + options)
-    require(j.report()["hemocell"]["dropped"] == 0, "HemoCell drops cells")
-    j.check("config.xml" + options)
-
-
-@job_on_ranks
-def case_with_a_vessel(j):
-    kept_by_hemocell(j, " --hematocrit 0.25")
-
-
-@job
-def two_populations_of_red_cells(j):
-    kept_by_hemocell(j, " --hematocrit 0.2")
-    stiff, other = len(j.cells("RBC_stiff.pos")), len(j.cells())
-    require(abs(stiff - 0.2 * (stiff + other)) <= 0.5, f"{stiff} stiff red cells beside {other}, a fifth of all requested")
-
-
-@job
-def white_cells_in_a_case(j):
-    kept_by_hemocell(j, " --hematocrit 0.15")
-
-
-@job
-def sickle_cells_in_a_case(j):
-    kept_by_hemocell(j, " --hematocrit 0.1")
-
-
-@job
-def case_with_minimum_distance_from_solid(j):
-    kept_by_hemocell(j, " --hematocrit 0.2 --minimum-distance-from-solid RBC 1.5")
-
-
-@job
-def case_between_walls(j):
-    kept_by_hemocell(j, " --hematocrit 0.2")
-
-
-@job
-def pre_inlet(j):
-    kept_by_hemocell(j, " --hematocrit 0.15")
-
-
-@job
-def obstacles(j):
-    kept_by_hemocell(j)
-    for x, y, z, *_ in j.cells() + j.cells("PLT.pos"):
-        require(math.hypot(x - 20, y - 10) > 4 and math.dist((x, y, z), (30, 8, 8)) > 3, f"a cell in an obstacle, at {x} {y} {z}")
-
-
-@job
-def container_in_a_case(j):
-    kept_by_hemocell(j)
-
-
-@job
-def fluid_nodes_of_a_case(j):
-    kept_by_hemocell(j)
+for row in ((" --hematocrit 0.25", same_bytes.PIPE, "case with a vessel", True), (" --hematocrit 0.2", "examples/two_populations", "two populations"),
+            (" --hematocrit 0.15", "examples/white_cells", "white cells"), (" --hematocrit 0.1", "examples/sickle", "sickle cells"),
+            (" --hematocrit 0.2 --minimum-distance-from-solid RBC 1.5", same_bytes.PIPE, "minimum distance from solid"),
+            (" --hematocrit 0.2", "examples/planes", "between walls"), (" --hematocrit 0.15", "examples/pre_inlet", "pre-inlet"),
+            ("", "obstacles", "obstacles"), ("", "container", "container in a case"), ("", "voxels", "fluid nodes of a case")):
+    kept_by_hemocell(*row)
 
 
 @job
 def several_species(j):
-    j.pack("28 28 28 --rbc 50 --plt 20 --wbc 1 --vrbc 2 --rbc_m 10 --plt_m 6 --cell Disc 6 6 6 1.5")
-    for name, number in {"RBC": 50, "PLT": 20, "WBC": 1, "vRBC": 2, "RBC_m": 10, "PLT_m": 6, "Disc": 6}.items():
-        j.count(number, name + ".pos")
-    j.check("--box 28 28 28 --rbc 50 --plt 20 --wbc 1 --vrbc 2 --rbc_m 10 --plt_m 6 --cell Disc 6 6 6 1.5")
+    species = " --rbc 50 --plt 20 --wbc 1 --vrbc 2 --rbc_m 10 --plt_m 6 --cell Disc 6 6 6 1.5"
+    j.pack("28 28 28" + species, "--box 28 28 28" + species)
+    j.count({"RBC": 50, "PLT": 20, "WBC": 1, "vRBC": 2, "RBC_m": 10, "PLT_m": 6, "Disc": 6})
 
 
-def torus_and_star():
-    """Meshes in OFF format: a ring, and an octahedron with long corners and a dent in each face."""
+def off(points, triangles):
+    return "\n".join([f"OFF\n{len(points)} {len(triangles)} 0", *(" ".join(map(repr, p)) for p in points), *(f"3 {a} {b} {c}" for a, b, c in triangles)]) + "\n"
+
+
+@job(ranks=True)
+def custom_meshes(j):
+    """A ring, and an octahedron with long corners and a dent in each face."""
     ring = [((3 + 0.9 * math.cos(v)) * math.cos(u), (3 + 0.9 * math.cos(v)) * math.sin(u), 0.9 * math.sin(v))
             for u in (k * math.pi / 10 for k in range(20)) for v in (k * math.pi / 5 for k in range(10))]
-    faces = []
-    for i in range(20):
-        for k in range(10):
-            a, b, c, d = i * 10 + k, (i + 1) % 20 * 10 + k, (i + 1) % 20 * 10 + (k + 1) % 10, i * 10 + (k + 1) % 10
-            faces += [(a, b, c), (a, c, d)]
-    corners = [(3, 0, 0), (-3, 0, 0), (0, 3, 0), (0, -3, 0), (0, 0, 3), (0, 0, -3)]
-    star, star_faces = corners[:], []
+    corners = [(i * 10 + k, (i + 1) % 20 * 10 + k, (i + 1) % 20 * 10 + (k + 1) % 10, i * 10 + (k + 1) % 10) for i in range(20) for k in range(10)]
+    j.write("torus.off", off(ring, [triangle for a, b, c, d in corners for triangle in ((a, b, c), (a, c, d))]))
+    star, faces = [(3, 0, 0), (-3, 0, 0), (0, 3, 0), (0, -3, 0), (0, 0, 3), (0, 0, -3)], []
     for a, b, c in ((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)):
-        star.append(tuple(sum(corners[i][k] for i in (a, b, c)) * 0.17 for k in range(3)))
-        m = len(star) - 1
-        star_faces += [(a, b, m), (b, c, m), (c, a, m)]
-    def off(points, triangles):
-        return "\n".join([f"OFF\n{len(points)} {len(triangles)} 0"] + [" ".join(map(repr, p)) for p in points]
-                         + [f"3 {a} {b} {c}" for a, b, c in triangles]) + "\n"
-    return off(ring, faces), off(star, star_faces)
+        star.append(tuple(sum(star[i][k] for i in (a, b, c)) * 0.17 for k in range(3)))
+        faces += [(a, b, len(star) - 1), (b, c, len(star) - 1), (c, a, len(star) - 1)]
+    j.write("star.off", off(star, faces))
+    cells = " --rbc 5 --cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --mesh-frame Torus file --mesh-frame Star file"
+    j.pack("18 18 18 --clearance 0" + cells, "--box 18 18 18" + cells)
+    j.count({"Torus": 4, "Star": 4, "RBC": 5})
 
 
-@job_on_ranks
-def custom_meshes(j):
-    for name, text in zip(("torus.off", "star.off"), torus_and_star()):
-        j.write(name, text)
-    cells = "--cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --mesh-frame Torus file --mesh-frame Star file"
-    j.pack("18 18 18 --rbc 5 --clearance 0 " + cells)
-    for name, number in (("Torus", 4), ("Star", 4), ("RBC", 5)):
-        j.count(number, name + ".pos")
-    j.check("--box 18 18 18 --rbc 5 " + cells)
-
-
-@job_on_ranks
+@job(ranks=True)
 def columns(j):
-    j.pack("24 24 24 --hematocrit 0.5 --order columns --ends periodic --plt_ratio 0 --report r.json")
-    require_hematocrit(j.cells(), 24 ** 3, 0.5, "the box")
+    j.pack("24 24 24 --hematocrit 0.5 --order columns --ends periodic --plt_ratio 0 --report r.json", "--box 24 24 24 --ends periodic")
+    require_hematocrit(j.cells(), 24 ** 3, 0.5)
     nematic = j.report()["measures"]["orientation"][0]["nematic"]
     require(nematic > 0.9, f"columns have nematic order {nematic}")
-    j.check("--box 24 24 24 --ends periodic")
 
 
-@job_on_ranks
+@job(ranks=True)
 def tiles(j):
-    j.pack("14 14 14 --rbc 10 --plt 2 --ends periodic --tile 2 1 3")
-    j.count(60)
-    j.count(12, "PLT.pos")
-    j.check("--box 28 14 42 --ends periodic")
+    j.pack("14 14 14 --rbc 10 --plt 2 --ends periodic --tile 2 1 3", "--box 28 14 42 --ends periodic")
+    j.count({"RBC": 60, "PLT": 12})
 
 
-@job_on_ranks
+@job(ranks=True)
 def realisations(j):
     j.pack("16 16 16 --hematocrit 0.25 --realisations 2 --export csv")
-    packings = [(j.folders[0] / f"realisation_{k}/RBC.pos").read_bytes() for k in (1, 2)]
-    require(len(set(packings)) == 2, "realisations are not different")
+    require(j.lines("realisation_1/RBC.pos") != j.lines("realisation_2/RBC.pos"), "realisations are not different")
     j.prepare("16 16 16 --hematocrit 0.25 --seed 2 --output-dir second")
-    require((j.folders[0] / "second/RBC.pos").read_bytes() == packings[1], "realisation 2 is not the packing with seed 2")
-    rows = (j.folders[0] / "realisations.csv").read_text().splitlines()
-    require(len(rows) == 3, f"{len(rows)} rows in realisations.csv")
+    j.same("second/RBC.pos", "realisation_2/RBC.pos")
+    require(len(j.lines("realisations.csv")) == 2, "rows are missing in realisations.csv")
 
 
-@job_on_ranks
+@job(ranks=True)
 def all_outputs(j):
-    j.pack("20 20 20 --rbc 15 --plt 5 --vtp --vtp-meshes --report r.json --export csv --export lammps --export mirheo "
-           "--state s.h5")
+    j.pack("20 20 20 --rbc 15 --plt 5 --vtp --vtp-meshes --report r.json --export csv --export lammps --export mirheo --state s.h5")
     for name in ("lumen.vtp", "RBC.vtp", "RBC_cells.vtp", "cells.csv", "cells.lammps", "RBC.com_q.txt", "s.h5"):
         require((j.folders[0] / name).stat().st_size > 100, f"{name} is empty")
     require(j.report()["statistics"]["growth"]["iterations"] > 0, "the report states no iterations")
 
 
-@job_on_ranks
+@job(ranks=True)
 def planes_from_faces(j):
     faces = " --builder cat-faces"
     j.prepare("12 12 12 --rbc 1 --plt 2 --output-dir first" + faces)
-    j.pack("12 12 12 --rbc 3 --plt 2 --fixed first/RBC.pos --start first/PLT.pos --output-dir out" + faces)
-    require(j.lines("out/RBC.pos")[:1] == j.lines("first/RBC.pos"), "the fixed cell moved")
-    j.check("--box 12 12 12 --output-dir out")
+    j.pack("12 12 12 --rbc 3 --plt 2 --fixed first/RBC.pos --start first/PLT.pos --output-dir out" + faces, "--box 12 12 12 --output-dir out")
+    j.same("out/RBC.pos", "first/RBC.pos", 1)
 
 
 @job
-def planes_from_faces_in_a_periodic_box(j):
-    j.pack("10 10 10 --rbc 1 --plt 1 --ends periodic --orient RBC 0 0 1 30 --builder cat-faces")
+def planes_from_faces_in_a_periodic_box_and_a_cylinder(j):
+    j.pack("10 10 10 --rbc 1 --plt 1 --ends periodic --orient RBC 0 0 1 30 --builder cat-faces", "--box 10 10 10 --ends periodic")
     require_axes(j.cells(), (0, 0, 1), 30)
-    j.check("--box 10 10 10 --ends periodic")
+    cylinder = "--cylinder x 6 10 --cell-free-layer 0.5 --wall-clearance 0.2 --clearance 0.1"
+    j.pack(cylinder + " --rbc 3 --builder cat-faces --output-dir out", cylinder + " --output-dir out")
 
 
-@job_on_ranks
+@job(ranks=True)
 def growth_frames(j):
     j.pack("--cylinder x 6 12 --rbc 4 --growth-frames 15")
     frames = j.folders[0] / "growth_frames"
@@ -458,118 +335,76 @@ def growth_frames(j):
     require((j.folders[0] / "periodic" / "growth_frames" / "cat_cells_0000.vtp").exists(), "no CAT cells in a periodic box")
 
 
-@job
-def planes_from_faces_in_a_cylinder(j):
-    j.pack("--cylinder x 6 10 --rbc 3 --cell-free-layer 0.5 --wall-clearance 0.2 --clearance 0.1 --builder cat-faces")
-    j.check("--cylinder x 6 10 --cell-free-layer 0.5 --wall-clearance 0.2 --clearance 0.1")
+ESCAPE = " --escape --best-effort --growth attempts 1 --growth iterations "
 
 
-@job
-def escape(j):
-    j.pack("--sphere 6 --rbc 4 --plt 3 --escape --stock PLT 1 --best-effort --growth iterations 12 --growth attempts 1")
-    j.check("--sphere 6")
-
-
-@job_on_ranks
+@job(ranks=True)
 def escape_in_several_blocks(j):
-    j.pack("16 5.5 5.5 --rbc 0 --plt 0 --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1 --ends periodic --escape --stock Small 5 "
-           "--best-effort --growth iterations 6 --growth attempts 1 --growth relaxationSweeps 0 --report r.json")
+    cells = " --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1 --ends periodic"
+    j.pack("16 5.5 5.5 --rbc 0 --plt 0 --stock Small 5 --growth relaxationSweeps 0 --report r.json" + cells + ESCAPE + "6", "--box 16 5.5 5.5" + cells)
     phases = j.report()["statistics"]["escape"]
     require(phases[-1]["coverage"] > phases[0]["coverage"] and phases[-1]["changed"] > 0, f"no gain: {phases}")
-    j.check("--box 16 5.5 5.5 --ends periodic --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1")
 
 
 @job
-def escape_keeps_fixed_cells(j):
+def escape_keeps_fixed_cells_and_axes(j):
     j.prepare("--sphere 7 --plt 6 --rbc 1 --seed 8 --output-dir first")
-    j.pack("--sphere 7 --plt 6 --rbc 5 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 4 2.2 2.2 2.2 --best-effort "
-           "--escape --stock Ball 2 --growth iterations 6 --growth attempts 1 --seed 8 --output-dir out")
+    j.pack("--sphere 7 --plt 6 --rbc 5 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 4 2.2 2.2 2.2 --stock Ball 2 --seed 8 --output-dir out" + ESCAPE + "6")
     for name in ("PLT.pos", "RBC.pos"):
-        lost = set(j.lines("first/" + name)) - set(j.lines("out/" + name))
-        require(not lost, f"{len(lost)} fixed cells of {name} were moved or replaced")
-
-
-@job
-def escape_keeps_axes(j):
-    j.pack("--sphere 6 --rbc 5 --plt 4 --orient RBC 0 0 1 10 --orient PLT 1 0 0 10 --escape --stock PLT 3 --best-effort "
-           "--growth iterations 12 --growth attempts 1")
+        require(set(j.lines("first/" + name)) <= set(j.lines("out/" + name)), f"fixed cells of {name} were moved or replaced")
+    j.pack("--sphere 6 --rbc 5 --plt 4 --orient RBC 0 0 1 10 --orient PLT 1 0 0 10 --stock PLT 3" + ESCAPE + "12", "--sphere 6")
     require_axes(j.cells(), (0, 0, 1), 10)
     require_axes(j.cells("PLT.pos"), (1, 0, 0), 10)
 
 
-@job_on_ranks
+@job(ranks=True)
 def not_feasible_and_best_effort(j):
     before = set(j.folders[0].rglob("*"))
     box = "9 9 9 --hematocrit 0.72 --plt_ratio 0 --max-iterations 10 --clearance 0 --ends periodic"
     j.pack(box, code=3)
     require(set(j.folders[0].rglob("*")) == before, "a run that is not feasible wrote files")
-    j.pack(box + " --best-effort --report r.json")
+    j.pack(box + " --best-effort --report r.json", "--box 9 9 9 --ends periodic")
     require(j.report()["outcome"] == "bestEffort" and 1 <= len(j.cells()) < 6, f"{len(j.cells())} of 6 cells")
-    j.check("--box 9 9 9 --ends periodic")
 
 
 @job
 def best_effort_with_constraints(j):
     box = "12 10 10 --clearance 0 --ends periodic"
     j.prepare(box + " --rbc 2 --output-dir first")
-    j.pack(box + " --hematocrit 0.6 --plt_ratio 0 --max-iterations 10 --best-effort --fixed first/RBC.pos --orient RBC 0 1 0 50 "
-           "--output-dir out")
-    require(j.lines("out/RBC.pos")[:2] == j.lines("first/RBC.pos"), "fixed cells moved or were left out")
+    j.pack(box + " --hematocrit 0.6 --plt_ratio 0 --max-iterations 10 --best-effort --fixed first/RBC.pos --orient RBC 0 1 0 50 --output-dir out",
+           "--box 12 10 10 --ends periodic --output-dir out")
+    j.same("out/RBC.pos", "first/RBC.pos", 2)
     require(len(j.cells("out/RBC.pos")) > 2, "nothing was packed around the fixed cells")
     require_axes(j.cells("out/RBC.pos")[2:], (0, 1, 0), 50)
-    j.check("--box 12 10 10 --ends periodic --output-dir out")
 
 
-def require_as_uninterrupted(j):
-    for name in ("RBC.pos", "PLT.pos"):
-        require(j.lines(name) == j.lines(f"whole/{name}"), f"{name} is not that of an uninterrupted run")
-
-
-@job_on_ranks
+@job(ranks=True)
 def restart_on_other_ranks(j):
-    box = "18 18 18 --hematocrit 0.3 --plt_ratio 0.2 --ends periodic --clearance 0"
-    j.prepare(box + " --output-dir whole")
-    j.pack(box + " --max-iterations 9 --state s.h5", code=3)
-    j.run("--restart s.checkpoint.h5 --max-iterations 4000", ranks=(3, 1))
-    require_as_uninterrupted(j)
-
-
-@job_on_ranks
-def restart_with_constraints(j):
-    box = "22 18 18 --walls y --clearance 0 --wall-clearance 0.2 "
-    j.prepare(box + "--rbc 4 --cell-free-layer 0.5 --output-dir first")
-    box += "--hematocrit 0.25 --plt_ratio 0.2 --orient PLT 0 0 1 30 --cell-free-layer 0.5 --fixed first/RBC.pos"
-    j.prepare(box + " --output-dir whole")
-    j.pack(box + " --max-iterations 9 --state s.h5", code=3)
-    j.run("--restart s.checkpoint.h5 --max-iterations 4000", ranks=(2, 1))
-    require_as_uninterrupted(j)
-    require(j.lines("RBC.pos")[:4] == j.lines("first/RBC.pos"), "fixed cells moved")
+    wall = "22 18 18 --walls y --clearance 0 --wall-clearance 0.2 --cell-free-layer 0.5 "
+    j.prepare(wall + "--rbc 4 --output-dir first")
+    for box in ("18 18 18 --hematocrit 0.3 --plt_ratio 0.2 --ends periodic --clearance 0",
+                wall + "--hematocrit 0.25 --plt_ratio 0.2 --orient PLT 0 0 1 30 --fixed first/RBC.pos"):
+        j.prepare(box + " --output-dir whole")
+        j.pack(box + " --max-iterations 9 --state s.h5", code=3)
+        j.run("--restart s.checkpoint.h5 --max-iterations 4000", ranks=(3, 1))
+        j.same("RBC.pos", "whole/RBC.pos")
+        j.same("PLT.pos", "whole/PLT.pos")
+    j.same("RBC.pos", "first/RBC.pos", 4)
     require_axes(j.cells("PLT.pos"), (0, 0, 1), 30)
 
 
-@job_on_ranks
+@job(ranks=True)
 def time_limit(j):
     """How many cells fit in the time is not the same in every run; on a busy machine it may be none, so that the limit grows."""
     for folder, ranks in zip(j.folders, j.ranks):
-        for seconds in (2, 8, 32, 128):
-            command = j.command(ranks, "14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort "
-                                f"--max-time {seconds} --method cat")
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=ENVIRONMENT, errors="replace")
+        for seconds in (0.5, 2, 8, 32, 128):
+            done = j.done(folder, ranks, f"14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time {seconds} --method cat")
             if done.returncode == 0:
                 break
             require(done.returncode == 3 and "the time limit " in done.stdout + done.stderr,
                     f"exit code {done.returncode} on {ranks} ranks, {seconds} s\n" + (done.stdout + done.stderr)[-1500:])
         require(int((folder / "RBC.pos").read_text().split()[0]) > 0, f"nothing was packed on {ranks} ranks")
-    j.check("--box 14 14 14 --ends periodic")
-
-
-CASES = {
-    "case with a vessel": same_bytes.PIPE, "case with minimum distance from solid": same_bytes.PIPE,
-    "case between walls": "examples/planes", "two populations of red cells": "examples/two_populations",
-    "white cells in a case": "examples/white_cells", "sickle cells in a case": "examples/sickle",
-    "pre inlet": "examples/pre_inlet", "obstacles": "obstacles", "regions": "container", "container in a case": "container",
-    "wall clearance of a species": "container", "fluid nodes of a case": "voxels",
-}
+    j.run_in(j.folders[0], 1, "check --box 14 14 14 --ends periodic")
 
 
 def main():
@@ -578,9 +413,8 @@ def main():
     parser.add_argument("--only", default="", metavar="PART", help="jobs whose name contains this")
     parser.add_argument("--keep", type=pathlib.Path, help="folder in which the files stay")
     parser.add_argument("--all-on-ranks", action="store_true", help="every job on both numbers of ranks")
-    parser.add_argument("--ranks", type=int, nargs=2, default=RANKS, metavar="N", help="numbers of ranks to compare (default: 1 2)")
+    parser.add_argument("--ranks", type=int, nargs=2, default=[1, 2], metavar="N", help="numbers of ranks to compare (default: 1 2)")
     options = parser.parse_args()
-    RANKS[:] = options.ranks
     Job.program = options.program
     failures = 0
     with tempfile.TemporaryDirectory(prefix="growth_jobs") as work:
@@ -591,11 +425,9 @@ def main():
         for name, function in JOBS.items():
             if options.only not in name:
                 continue
-            begun = time.monotonic()
+            begun, outcome = time.monotonic(), "passed"
             try:
-                ranks = RANKS if options.all_on_ranks or function in ON_RANKS else [1]
-                function(Job(folder / name.replace(" ", "_"), CASES.get(name, ""), ranks))
-                outcome = "passed"
+                function(Job(folder / name.replace(" ", "_"), CASES[name], options.ranks if options.all_on_ranks or name in ON_RANKS else [1]))
             except Failed as failed:
                 outcome = f"FAILED: {failed}"
                 failures += 1

@@ -60,31 +60,30 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
   }
   requireRefused(rows);
   const TemporaryFolder folder;
-  CHECK(run(folder.path(), box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5")
-            .exitCode == 0);
-  CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
+  ok(folder, box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5");
+  ok(folder, "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv");
 }
 
 TEST_CASE("Names that a folder or a state gives to cells are not exported as formulas or written elsewhere",
           "[executable]") {
   const SampleCase folder;
-  writeText(folder.path() / "RBC#1.xml", readText(folder.path() / "RBC.xml"));
-  writeText(folder.path() / "RBC#1.pos", "1\n30 20 20 0 0 0\n");
+  writeText(folder / "RBC#1.xml", readText(folder / "RBC.xml"));
+  writeText(folder / "RBC#1.pos", "1\n30 20 20 0 0 0\n");
   requireRefused(folder,
                  {{"check config.xml --export csv", 2, "misread the name 'RBC#1'; expected a cell name"}});
 
   const TemporaryFolder inner;
   ok(inner, "20 20 20 --cell 12345678 3 2 2 2 --state s.h5");
-  std::string state = readText(inner.path() / "s.h5");
+  std::string state = readText(inner / "s.h5");
   std::size_t found = 0;
   for (std::size_t at = 0; (at = state.find("12345678", at)) != std::string::npos; ++found)
     state.replace(at, 8, "../../ev");
   REQUIRE(found > 0);
-  writeText(inner.path() / "s.h5", state);
+  writeText(inner / "s.h5", state);
   // Sealed again, as whoever changes it on purpose would.
   std::smatch head;
   REQUIRE(std::regex_search(state, head, std::regex("packMesh (\\w+), version (\\d+)\nwritten by (.*)\n")));
-  REQUIRE(seal(inner.path() / "s.h5", {head[1], std::stoll(head[2]), head[3]}).empty());
+  REQUIRE(seal(inner / "s.h5", {head[1], std::stoll(head[2]), head[3]}).empty());
   const std::string named = "s.h5: contains cells named '../../ev'; expected a cell name";
   requireRefused(inner, {{"20 20 20 --start s.h5", 2, named},
                          {"20 20 20 --rbc 1 --fixed s.h5", 2, named},
@@ -130,7 +129,7 @@ TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {
        }},
   });
   const TemporaryFolder folder;
-  CHECK_THAT(run(folder.path(), pack + "--output-dir " + std::string(5000, 'p')).err,
+  CHECK_THAT(run(folder, pack + "--output-dir " + std::string(5000, 'p')).err,
              Contains(' ' + std::string(150, 'p') + "..." + std::string(141, 'p') + "/RBC.pos: "));
 }
 
@@ -169,29 +168,23 @@ TEST_CASE("Folders without permission are distinguished from missing files", "[e
   const SampleCase folder;
   fs::permissions(folder.path(), fs::perms::all);
   fs::copy_file(fs::path(test::programFolder) / "packMesh",
-                folder.path() / "program");  // its own may be inaccessible
-  fs::create_directory(folder.path() / "locked");
-  fs::copy_file(folder.path() / "config.xml", folder.path() / "locked/config.xml");
-  fs::create_directory(folder.path() / "out");
-  fs::permissions(folder.path() / "out", fs::perms::all);
-  fs::create_symlink("../locked/RBC.pos", folder.path() / "out/RBC.pos");
-  fs::permissions(folder.path() / "locked", fs::perms::none);
+                folder / "program");  // its own may be inaccessible
+  fs::create_directory(folder / "locked");
+  fs::copy_file(folder / "config.xml", folder / "locked/config.xml");
+  fs::create_directory(folder / "out");
+  fs::permissions(folder / "out", fs::perms::all);
+  fs::create_symlink("../locked/RBC.pos", folder / "out/RBC.pos");
+  fs::permissions(folder / "locked", fs::perms::none);
   const auto say = [&](const std::string& arguments) {
-    return run(folder.path(), arguments, (folder.path() / "program").string(), asNobody);
+    return runProcess(folder, arguments, asNobody, (folder / "program").string());
   };
-  const Ran reading = say("locked/config.xml --rbc 1");
-  INFO(reading.all());
-  CHECK(reading.exitCode == 2);
-  CHECK_THAT(reading.err, Contains("locked/config.xml: cannot be read: Permission denied"));
-  const Ran linked = say("20 20 20 --rbc 1 --output-dir out");
-  INFO(linked.all());
-  CHECK(linked.exitCode == 5);
-  CHECK_THAT(linked.err, Contains("out/RBC.pos: cannot be written: Permission denied"));
-  const Ran state = say("20 20 20 --rbc 1 --output-dir out --state locked/s.h5");
-  INFO(state.all());
-  CHECK(state.exitCode == 5);
-  CHECK_THAT(state.err, Contains("locked"));
-  fs::permissions(folder.path() / "locked", fs::perms::all);
+  CHECK_THAT(withExit(2, say("locked/config.xml --rbc 1")).err,
+             Contains("locked/config.xml: cannot be read: Permission denied"));
+  CHECK_THAT(withExit(5, say("20 20 20 --rbc 1 --output-dir out")).err,
+             Contains("out/RBC.pos: cannot be written: Permission denied"));
+  CHECK_THAT(withExit(5, say("20 20 20 --rbc 1 --output-dir out --state locked/s.h5")).err,
+             Contains("locked"));
+  fs::permissions(folder / "locked", fs::perms::all);
 }
 
 TEST_CASE("Input of implausible size is rejected, and large input is read quickly", "[executable]") {
@@ -206,11 +199,8 @@ TEST_CASE("Input of implausible size is rejected, and large input is read quickl
       {"config.xml", 2, "more than 10000 species", config(caseOf(ellipsoids(10'001)))},
   });
   const TemporaryFolder folder;
-  writeText(folder.path() / "config.xml", caseOf(ellipsoids(2000)));
-  const Ran ran = run(folder.path(), "config.xml --validate");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("config.xml is valid"));
+  writeText(folder / "config.xml", caseOf(ellipsoids(2000)));
+  CHECK_THAT(ok(folder, "config.xml --validate").out, Contains("config.xml is valid"));
 }
 
 TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]") {
@@ -234,17 +224,13 @@ TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]")
   });
   const SampleCase folder;  // a tag of the case's own beside <packing>
   config("<hemocell>" + domain + packing + "<packings/><backing/></hemocell>")(folder.path());
-  const Ran ran = run(folder.path(), "config.xml --rbc 1 --validate");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  ok(folder, "config.xml --rbc 1 --validate");
 }
 
 TEST_CASE("check is recognised at any position of the command line", "[executable]") {
   const SampleCase folder;
-  REQUIRE(run(folder.path(), "config.xml --rbc 5").exitCode == 0);
-  const Ran usual = run(folder.path(), "check config.xml"), other = run(folder.path(), "config.xml check");
-  INFO(other.all());
-  CHECK(other.exitCode == 0);
+  ok(folder, "config.xml --rbc 5");
+  const Ran usual = run(folder, "check config.xml"), other = ok(folder, "config.xml check");
   CHECK(other.out == usual.out);
   CHECK_THAT(other.out, Contains("Verdict: clean"));
 }

@@ -26,42 +26,37 @@ TEST_CASE("Copies that MPI does not connect write nothing, and one of them says 
   for (const std::string& launcher : {std::string("SLURM_STEP_NUM_TASKS=3 SLURM_NTASKS=3 SLURM_PROCID="),
                                       std::string("MPI_LOCALNRANKS=3 PMI_SIZE=3 PMI_FD=77 PMI_RANK=")}) {
     CAPTURE(launcher);
-    const Ran first = run(folder.path(), box, "packMesh", environment(launcher + "0"));
-    INFO(first.all());
-    CHECK(first.exitCode == 6);
+    const Ran first = withExit(6, runProcess(folder, box, environment(launcher + "0")));
     CHECK_THAT(first.err, Contains("started 3 copies") && Contains("nothing was packed"));
     CHECK(first.out.empty());
-    const Ran second = run(folder.path(), box, "packMesh", environment(launcher + "1"));
-    CHECK(second.exitCode == 6);
-    CHECK(second.all().empty());
+    CHECK(withExit(6, runProcess(folder, box, environment(launcher + "1"))).all().empty());
     CHECK(fs::is_empty(folder.path()));
   }
 }
 
 TEST_CASE("A batch script packs on one rank, whatever the number of tasks of its job", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), box, "packMesh",
-                      environment("SLURM_JOB_ID=7 SLURM_NTASKS=3 SLURM_PROCID=0 SLURM_CPUS_PER_TASK=1"));
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("1 rank\n") && !Contains("threads"));
-  CHECK(fs::exists(folder.path() / "RBC.pos"));
+  CHECK_THAT(
+      withExit(0,
+               runProcess(folder.path(), box,
+                          environment("SLURM_JOB_ID=7 SLURM_NTASKS=3 SLURM_PROCID=0 SLURM_CPUS_PER_TASK=1")))
+          .out,
+      Contains("1 rank\n") && !Contains("threads"));
+  CHECK(fs::exists(folder / "RBC.pos"));
 }
 
 TEST_CASE("OMP_NUM_THREADS is a number of threads or an error", "[executable]") {
   const TemporaryFolder folder;
   const auto with = [&](const std::string& threads, const std::string& more = "") {
-    return run(folder.path(), std::string(box) + " --dry-run" + more, "packMesh",
-               environment("OMP_NUM_THREADS='" + threads + "'"));
+    return runProcess(folder, std::string(box) + " --dry-run" + more,
+                      environment("OMP_NUM_THREADS='" + threads + "'"));
   };
   for (const char* wrong :
        {"99999999999", "99999999999999999999", "5000", "1e3", "0", "-2", "x", "2x", ",2"}) {
     CAPTURE(wrong);
-    const Ran ran = with(wrong);
-    INFO(ran.all());
-    CHECK(ran.exitCode == 1);
-    CHECK_THAT(ran.err, Contains("OMP_NUM_THREADS: expected an integer from 1 to 1024, found '" +
-                                 std::string(wrong) + "'"));
+    CHECK_THAT(
+        withExit(1, with(wrong)).err,
+        Contains("OMP_NUM_THREADS: expected an integer from 1 to 1024, found '" + std::string(wrong) + "'"));
   }
   CHECK(with("1e3", " --threads 2").exitCode == 0);  // not read
   CHECK_THAT(with(" 3 ").out, Contains("with 3 threads"));

@@ -85,9 +85,7 @@ void requireSameOnRanks(const std::string& arguments, const std::vector<Team>& t
     CAPTURE(team.ranks, team.threads);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
-    const Ran ran = run(folder.path(), arguments, "packMesh", started(team));
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
+    const Ran ran = withExit(0, runProcess(folder, arguments, started(team)));
     if (files.empty()) {
       files = filesOf(folder.path(), before);
       story = storyOf(ran.out);
@@ -137,12 +135,10 @@ void requireSameCheck(const TemporaryFolder& folder, const std::string& argument
   std::string files, story;
   for (const Team& team : teams) {
     CAPTURE(team.ranks, team.threads);
-    const Ran ran = run(folder.path(), arguments, "packMesh", started(team));
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == exitCode);
+    const Ran ran = withExit(exitCode, runProcess(folder, arguments, started(team)));
     const std::string written = filesOf(folder.path(), before), said = storyOf(ran.out) + own(ran.err);
     for (const fs::path& file : filesIn(folder.path()))
-      if (before.count(file) == 0) fs::remove(folder.path() / file);
+      if (before.count(file) == 0) fs::remove(folder / file);
     if (story.empty()) {
       files = written;
       story = said;
@@ -211,9 +207,7 @@ TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ran
     CAPTURE(fault.arguments);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
-    const Ran ran = run(folder.path(), fault.arguments, "packMesh", onRanks(3));
-    INFO(ran.all());
-    CHECK(ran.exitCode == fault.exitCode);
+    const Ran ran = withExit(fault.exitCode, runProcess(folder, fault.arguments, onRanks(3)));
     CHECK_THAT(ran.err, Contains(fault.message));
     CHECK(count(ran.err, "(Error)") == 1);
     CHECK(filesOf(folder.path(), before).empty());
@@ -222,36 +216,30 @@ TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ran
 
 TEST_CASE("A rank that finds different files than the first rank ends all ranks", "[ranks][long]") {
   const SampleCase folder;
-  fs::create_directory(folder.path() / "other");
+  fs::create_directory(folder / "other");
   for (const auto& entry : fs::directory_iterator(folder.path()))
-    if (entry.is_regular_file()) fs::copy(entry.path(), folder.path() / "other");
-  writeText(folder.path() / "elsewhere", "[ \"$OMPI_COMM_WORLD_RANK\" = 1 ] && cd other\nexec \"$@\"\n");
-  const std::string prefix = onRanks(3) + " bash '" + (folder.path() / "elsewhere").string() + "'";
+    if (entry.is_regular_file()) fs::copy(entry.path(), folder / "other");
+  writeText(folder / "elsewhere", "[ \"$OMPI_COMM_WORLD_RANK\" = 1 ] && cd other\nexec \"$@\"\n");
+  const std::string prefix = onRanks(3) + " bash '" + (folder / "elsewhere").string() + "'";
   const std::string arguments = "config.xml --hematocrit 0.2 --output-dir .";
-  const Ran same = run(folder.path(), arguments, "packMesh", prefix);
-  INFO(same.all());
-  REQUIRE(same.exitCode == 0);
-  fs::remove(folder.path() / "RBC.pos");
-  writeText(folder.path() / "other/tube.stl", tubeStl(2.6, 0.75, 48));
-  const Ran other = run(folder.path(), arguments, "packMesh", prefix);
-  INFO(other.all());
-  REQUIRE(other.exitCode == 2);
+  withExit(0, runProcess(folder, arguments, prefix));
+  fs::remove(folder / "RBC.pos");
+  writeText(folder / "other/tube.stl", tubeStl(2.6, 0.75, 48));
+  const Ran other = withExit(2, runProcess(folder, arguments, prefix));
   REQUIRE_THAT(other.err, Contains("rank 1 has a different problem than rank 0"));
   REQUIRE(count(other.err, "(Error)") == 1);
-  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+  REQUIRE_FALSE(fs::exists(folder / "RBC.pos"));
 }
 
 TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   const SampleCase folder;
-  const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks; 3 had nothing to do"));
+  CHECK_THAT(withExit(0, runProcess(folder, "30 30 30 --hematocrit 0.2", onRanks(4))).out,
+             Contains("1 block of cells for 4 ranks; 3 had nothing to do"));
 }
 
 TEST_CASE("check says and writes the same on any ranks", "[ranks][long]") {
   const SampleCase folder;
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5");
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --export csv --export lammps-molecular --export stl";
   requireSameCheck(folder, "check config.xml" + outputs, 0, "Verdict: clean", manyTeams);
@@ -259,27 +247,27 @@ TEST_CASE("check says and writes the same on any ranks", "[ranks][long]") {
   requireSameCheck(folder,
                    "check config.xml --verbose --clearance 0.2 --wall-clearance 0.5 --report report.json", 4,
                    "nearer than 0.2");
-  const std::string cells = readText(folder.path() / "RBC.pos");
-  writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.7));
+  const std::string cells = readText(folder / "RBC.pos");
+  writeText(folder / "RBC.pos", moved(cells, 1.0, 0.7));
   const std::string some = " --report report.json --vtp --export csv";
   requireSameCheck(folder, "check config.xml --verbose" + some, 4, "the meshes meet");
-  writeText(folder.path() / "RBC.pos", moved(cells, 1.3, 0.0));
+  writeText(folder / "RBC.pos", moved(cells, 1.3, 0.0));
   requireSameCheck(folder, "check config.xml --verbose" + some, 4, "Cells not wholly inside the lumen");
-  writeText(folder.path() / "RBC.pos", moved(cells, 1e-6, 0.0));
+  writeText(folder / "RBC.pos", moved(cells, 1e-6, 0.0));
   requireSameCheck(folder, "check config.xml", 4, "perhaps they are in metres");
 }
 
 TEST_CASE("check of periodic boxes says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
   const std::string box = " --box 60 30 30 --ends periodic";
-  REQUIRE(run(folder.path(), "60 30 30 --ends periodic --hematocrit 0.3").exitCode == 0);
+  ok(folder, "60 30 30 --ends periodic --hematocrit 0.3");
   requireSameCheck(folder, "check" + box + " --report report.json --vtp --export csv", 0, "Verdict: clean");
-  const std::string cells = readText(folder.path() / "RBC.pos");
-  writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.9));
+  const std::string cells = readText(folder / "RBC.pos");
+  writeText(folder / "RBC.pos", moved(cells, 1.0, 0.9));
   requireSameCheck(folder, "check" + box + " --verbose --report report.json", 4, "(periodic image)");
-  writeText(folder.path() / "RBC.pos", "2\n1 2 3 0 0 0\n59.5 2 3 0 90 0\n");  // fewer cells than ranks
+  writeText(folder / "RBC.pos", "2\n1 2 3 0 0 0\n59.5 2 3 0 90 0\n");  // fewer cells than ranks
   requireSameCheck(folder, "check" + box + " --report report.json --export csv", 4, "Overlapping pairs: 1");
-  writeText(folder.path() / "RBC.pos", "0\n");
+  writeText(folder / "RBC.pos", "0\n");
   requireSameCheck(folder, "check" + box, 0, "Verdict: clean");
 }
 
@@ -291,15 +279,15 @@ TEST_CASE("check of cells that all overlap ends the search at the same cell on a
     heap += "30 " + line.substr(line.find(' ') + 1);
     heaps += "10" + line.substr(1) + "50" + line.substr(1);
   }
-  writeText(folder.path() / "RBC.pos", heap);
+  writeText(folder / "RBC.pos", heap);
   requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
-  writeText(folder.path() / "RBC.pos", heaps);  // on different ranks
+  writeText(folder / "RBC.pos", heaps);  // on different ranks
   requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
   std::string late = "900\n";  // cells that overlap nothing come first
   for (int i = 0; i < 200; ++i)
     late += fmt::format("{} {} {} 0 0 0\n", 9 * (i % 6) + 5, 9 * (i / 6 % 6) + 5, 9 * (i / 36) + 5);
   late += heap.substr(heap.find('\n') + 1);
-  writeText(folder.path() / "RBC.pos", late);
+  writeText(folder / "RBC.pos", late);
   requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
 }
 
@@ -309,20 +297,20 @@ TEST_CASE("check refuses files with the same words on any ranks", "[ranks][long]
   for (int i = 0; i < 20; ++i)
     lines += std::to_string(5 + 10 * (i % 5)) + " " + std::to_string(5 + 10 * (i / 5)) + " 9 0 0 0\n";
   const auto refused = [&](const std::string& text, const std::string& words) {
-    writeText(folder.path() / "RBC.pos", text);
+    writeText(folder / "RBC.pos", text);
     requireSameCheck(folder, "check --box 60 60 60", 2, words);
   };
   refused("", "RBC.pos:1: the file is empty");
   refused("30\n" + lines, "announces 30 cells, but 20 follow");
   refused("40\n" + lines + "1 2 3 4 5\n" + lines + "1 2 3 4 5 nan\n", "RBC.pos:22: 5 fields");
   refused("21\n" + lines + "1 2 3 4 5 nan\n", "RBC.pos:22: field 6");
-  writeText(folder.path() / "RBC.pos", "20\r\n\n" + lines + "1 2 3 4 5 nan\n");
+  writeText(folder / "RBC.pos", "20\r\n\n" + lines + "1 2 3 4 5 nan\n");
   requireSameCheck(folder, "check --box 60 60 60", 0, "a blank line between cells");
 }
 
 TEST_CASE("check of realisations says the same on any ranks", "[ranks][long]") {
   const TemporaryFolder folder;
-  REQUIRE(run(folder.path(), "30 30 30 --hematocrit 0.2 --realisations 3").exitCode == 0);
+  ok(folder, "30 30 30 --hematocrit 0.2 --realisations 3");
   requireSameCheck(folder, "check --box 30 30 30", 0, "Verdict: 3 of 3 folders clean");
   std::vector<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(folder.path()))
@@ -335,9 +323,7 @@ TEST_CASE("check of realisations says the same on any ranks", "[ranks][long]") {
 
 TEST_CASE("An error found by all ranks is reported once", "[ranks]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "50 50 50 --rbc 60 --clearance 20", "packMesh", onRanks(3));
-  INFO(ran.all());
-  CHECK(ran.exitCode == 2);
+  const Ran ran = withExit(2, runProcess(folder, "50 50 50 --rbc 60 --clearance 20", onRanks(3)));
   CHECK(count(ran.err, "(packMesh) (Error) ") == 1);
   CHECK_THAT(ran.err, Contains("60 cells 20 µm apart need a lumen larger than"));
   CHECK_THAT(ran.err, !Contains("MPI_ABORT"));

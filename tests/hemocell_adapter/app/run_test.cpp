@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -34,43 +35,39 @@ TEST_CASE("A second run in the same folder is rejected and names the first", "[e
   {
     const RunLock held = RunLock::ofFolder(folder.path());
     for (const std::string more : {"", " --realisations 2"}) {
-      const Ran second = run(folder.path(), small + more);
-      INFO(second.all());
-      CHECK(second.exitCode == int(ExitCode::cannotWrite));
+      const Ran second = ended(folder, int(ExitCode::cannotWrite), small + more);
       CHECK_THAT(second.err, Contains("another packMesh is writing into this folder (process " +
                                       std::to_string(getpid()) + " on "));
       CHECK_THAT(second.err, Contains("--output-dir"));
     }
     CHECK(folder.files() == 1);
-    CHECK(run(folder.path(), small + " --validate").exitCode == 0);
-    CHECK(run(folder.path(), small + " --dry-run").exitCode == 0);
-    CHECK(run(folder.path(), small + " --output-dir other").exitCode == 0);
-    CHECK(run(folder.path() / "other", "check --box 20 20 20").exitCode == 0);
-    fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos");
-    CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
+    ok(folder, small + " --validate");
+    ok(folder, small + " --dry-run");
+    ok(folder, small + " --output-dir other");
+    CHECK(run(folder / "other", "check --box 20 20 20").exitCode == 0);
+    fs::copy_file(folder / "other/RBC.pos", folder / "RBC.pos");
+    ok(folder, "check --box 20 20 20");
     CHECK_THROWS_AS(RunLock::ofFolder(folder.path()), packmesh::OutputError);
   }
-  CHECK(run(folder.path(), small).exitCode == 0);
+  ok(folder, small);
   CHECK(folder.files() == 2);  // RBC.pos, other
 }
 
 TEST_CASE("A second run with the same state is rejected in any folder", "[executable][long]") {
   const TemporaryFolder folder;
   {
-    const RunLock held = RunLock::ofFile(folder.path() / "s.h5");
-    const Ran second = run(folder.path(), small + " --output-dir other --state s.h5");
-    INFO(second.all());
-    CHECK(second.exitCode == int(ExitCode::cannotWrite));
-    CHECK_THAT(second.err, Contains("s.h5: another packMesh is writing it (process "));
+    const RunLock held = RunLock::ofFile(folder / "s.h5");
+    CHECK_THAT(ended(folder, int(ExitCode::cannotWrite), small + " --output-dir other --state s.h5").err,
+               Contains("s.h5: another packMesh is writing it (process "));
     CHECK(folder.files() == 1);  // the folder that stayed empty is gone
   }
   // What a killed run left of a state goes away; what other states have left stays, or is being written.
-  const auto temporary = [&](const char* state) { return temporaryName(folder.path() / state, 0, "new"); };
+  const auto temporary = [&](const char* state) { return temporaryName(folder / state, 0, "new"); };
   for (const char* state : {"s", "s.h5", "t.h5"}) writeText(temporary(state), "half");
-  CHECK(run(folder.path(), small + " --state s").exitCode == 0);
+  ok(folder, small + " --state s");
   CHECK_FALSE(fs::exists(temporary("s")));
   CHECK(fs::exists(temporary("s.h5")));
-  CHECK(run(folder.path(), small + " --state s.h5").exitCode == 0);
+  ok(folder, small + " --state s.h5");
   CHECK_FALSE(fs::exists(temporary("s.h5")));
   CHECK(fs::exists(temporary("t.h5")));
   CHECK(folder.files() == 4);  // RBC.pos, s, s.h5, what is left of t.h5
@@ -89,35 +86,33 @@ TEST_CASE("A lock ends with its process, however the process ends", "[executable
   }
   char taken = 0;
   REQUIRE(read(ready[0], &taken, 1) == 1);
-  CHECK(run(folder.path(), small).exitCode == int(ExitCode::cannotWrite));
+  ended(folder, int(ExitCode::cannotWrite), small);
   // What it was writing: the name has its number.
   const std::string own = std::to_string(getpid());
-  std::string left = temporaryName(folder.path() / "RBC.pos", 0, "new").filename().string();
+  std::string left = temporaryName(folder / "RBC.pos", 0, "new").filename().string();
   left.replace(left.rfind(own + "-"), own.size(), std::to_string(child));
-  writeText(folder.path() / left, "half");
-  const auto other = temporaryName(folder.path() / "report.json", 0, "new");  // of a process that lives
+  writeText(folder / left, "half");
+  const auto other = temporaryName(folder / "report.json", 0, "new");  // of a process that lives
   writeText(other, "half");
   kill(child, SIGKILL);
   REQUIRE(waitpid(child, nullptr, 0) == child);
   close(ready[0]);
   close(ready[1]);
-  CHECK(fs::exists(folder.path() / ".packMesh.lock"));
-  CHECK(run(folder.path(), small).exitCode == 0);
-  CHECK_FALSE(fs::exists(folder.path() / left));
+  CHECK(fs::exists(folder / ".packMesh.lock"));
+  ok(folder, small);
+  CHECK_FALSE(fs::exists(folder / left));
   CHECK(fs::exists(other));
   CHECK(folder.files() == 2);  // RBC.pos as well
 }
 
 TEST_CASE("A folder created by a run that wrote nothing is removed") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(),
-                      "15 15 15 --hematocrit 0.7 --max-iterations 20 --output-dir new/deep --state new/s.h5");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == int(ExitCode::outOfReach));
+  ended(folder, int(ExitCode::outOfReach),
+        "15 15 15 --hematocrit 0.7 --max-iterations 20 --output-dir new/deep --state new/s.h5");
   // The state of what was not reached is kept, to go on.
-  CHECK_FALSE(fs::exists(folder.path() / "new/deep"));
-  CHECK_FALSE(fs::exists(folder.path() / "new/s.h5"));
-  CHECK(fs::exists(folder.path() / "new/s.checkpoint.h5"));
+  CHECK_FALSE(fs::exists(folder / "new/deep"));
+  CHECK_FALSE(fs::exists(folder / "new/s.h5"));
+  CHECK(fs::exists(folder / "new/s.checkpoint.h5"));
 }
 
 // Packing a case or a box, and what ends it, with the real executable.
@@ -127,10 +122,8 @@ using namespace packmesh::test;
 
 TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[executable]") {
   const SampleCase folder;
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
-  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
+  const int rbc = cellsIn(folder / "RBC.pos"), plt = cellsIn(folder / "PLT.pos");
   CHECK(rbc > 10);
   CHECK(plt == std::lround(0.2 * rbc));
   CHECK_THAT(packed.out,
@@ -139,70 +132,65 @@ TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[exec
   CHECK_THAT(packed.out, !Contains("packCells"));  // by whose volume nobody counts here
   CHECK_THAT(packed.out, Contains("<Volume>"));
 
-  const Ran checked = run(folder.path(), "check config.xml");
-  INFO(checked.all());
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check config.xml");
   CHECK_THAT(checked.out, Contains("Verdict: clean"));
   CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (not set in case.cpp)"));
 
   // Same seed, same bytes; another seed, another packing.
-  const std::string first = readText(folder.path() / "RBC.pos");
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
-  CHECK(readText(folder.path() / "RBC.pos") == first);
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4").exitCode == 0);
-  CHECK(readText(folder.path() / "RBC.pos") != first);
+  const std::string first = readText(folder / "RBC.pos");
+  ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
+  CHECK(readText(folder / "RBC.pos") == first);
+  ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4");
+  CHECK(readText(folder / "RBC.pos") != first);
 }
 
 TEST_CASE("The packing section is sufficient, and options override it", "[executable]") {
   const SampleCase folder(
       "<packing> <hematocrit> 0.2 </hematocrit> <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/> "
       "</packing>");
-  const Ran ran = run(folder.path(), "config.xml");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  const int n = cellsIn(folder.path() / "RBC.pos");
-  CHECK_FALSE(fs::exists(folder.path() / "PLT.pos"));
+  const Ran ran = ok(folder, "config.xml");
+  const int n = cellsIn(folder / "RBC.pos");
+  CHECK_FALSE(fs::exists(folder / "PLT.pos"));
   CHECK_THAT(ran.out, Contains("minimum distance from solid 1 µm"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.1").exitCode == 0);
-  CHECK(cellsIn(folder.path() / "RBC.pos") < n);
-  CHECK(run(folder.path(), "config.xml --rbc 3").exitCode == 0);
-  CHECK(cellsIn(folder.path() / "RBC.pos") == 3);
-  CHECK(run(folder.path(), "config.xml --output-dir new/folder").exitCode == 0);
-  CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
+  ok(folder, "check config.xml");
+  ok(folder, "config.xml --hematocrit 0.1");
+  CHECK(cellsIn(folder / "RBC.pos") < n);
+  ok(folder, "config.xml --rbc 3");
+  CHECK(cellsIn(folder / "RBC.pos") == 3);
+  ok(folder, "config.xml --output-dir new/folder");
+  CHECK(cellsIn(folder / "new/folder/RBC.pos") == n);
 }
 
 TEST_CASE("Proximity to the density limit is computed from meshes, for any red cell volume", "[executable]") {
   const TemporaryFolder folder;
-  const Ran packCells = run(folder.path(), "20 20 20 --hematocrit 0.61 --plt_ratio 0", "packCells");
-  INFO(packCells.all());
-  CHECK(packCells.exitCode == 0);  // 0.51 by mesh
+  const Ran packCells =
+      ended(folder, 0, "20 20 20 --hematocrit 0.61 --plt_ratio 0", "packCells");  // 0.51 by mesh
   CHECK_THAT(packCells.err, !Contains("of the lumen: above"));
-  const Ran counted = run(folder.path(), "15 15 15 --rbc 26 --max-iterations 1 --best-effort");
+  const Ran counted = run(folder, "15 15 15 --rbc 26 --max-iterations 1 --best-effort");
   INFO(counted.all());
   CHECK_THAT(counted.err, Contains("fill 0.6249 of the lumen: above 0.62"));
 }
 
 TEST_CASE("A ratio that looks like a percentage gives a warning", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
-  CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.err, Contains("a ratio of 7 is 7 PLT for each red cell, not per cent; 0.07 may be meant"));
-  CHECK(run(folder.path(), "20 20 20 --hematocrit 0.2 --plt_ratio 1 --dry-run").err.empty());
+  CHECK_THAT(ok(folder, "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run").err,
+             Contains("a ratio of 7 is 7 PLT for each red cell, not per cent; 0.07 may be meant"));
+  CHECK(run(folder, "20 20 20 --hematocrit 0.2 --plt_ratio 1 --dry-run").err.empty());
   const SampleCase file(
       "<packing> <hematocrit> 0.1 </hematocrit> <species name=\"RBC\"/> <species name=\"PLT\" ratio=\"5\"/> "
       "</packing>");
-  CHECK_THAT(run(file.path(), "config.xml --dry-run").err, Contains("0.05 may be meant"));
+  CHECK_THAT(run(file, "config.xml --dry-run").err, Contains("0.05 may be meant"));
 }
 
 TEST_CASE("Cells in columns are packed more densely than random packings", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran =
+  CHECK_THAT(
       ok(folder,
-         "40 40 40 --hematocrit 0.63 --ends periodic --plt_ratio 0 --order columns --report report.json");
-  CHECK_THAT(ran.out, Contains("in columns"));
-  CHECK(run(folder.path(), "check --box 40 40 40 --ends periodic").exitCode == 0);
-  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+         "40 40 40 --hematocrit 0.63 --ends periodic --plt_ratio 0 --order columns --report report.json")
+          .out,
+      Contains("in columns"));
+  ok(folder, "check --box 40 40 40 --ends periodic");
+  const auto report = readJson(folder / "report.json");
   CHECK(report["configuration"]["order"] == "columns");
   CHECK(report["measures"]["orientation"][0]["nematic"] > 0.99);
   CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --ends periodic --order columns --dry-run").out,
@@ -212,32 +200,23 @@ TEST_CASE("Cells in columns are packed more densely than random packings", "[exe
 TEST_CASE("An infeasible request reports the best result, writes only on request and keeps old files",
           "[executable]") {
   const TemporaryFolder folder;
-  writeText(folder.path() / "RBC.pos", "old");
+  writeText(folder / "RBC.pos", "old");
   const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300";
-  Ran ran = run(folder.path(), arguments);
-  INFO(ran.all());
-  CHECK(ran.exitCode == 3);
+  Ran ran = ended(folder, 3, arguments);
   CHECK_THAT(ran.err, Contains("not feasible within the limits: ") && Contains("RBC packed, hematocrit 0.") &&
                           Contains("(the densest certified packing found; limits: 300 sweeps"));
   CHECK_THAT(ran.err, Contains("near") || Contains("above 0.62"));
-  CHECK(readText(folder.path() / "RBC.pos") == "old");
-  ran = run(folder.path(), arguments + " --best-effort");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK(cellsIn(folder.path() / "RBC.pos") > 0);
-  CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
+  CHECK(readText(folder / "RBC.pos") == "old");
+  ran = ok(folder, arguments + " --best-effort");
+  CHECK(cellsIn(folder / "RBC.pos") > 0);
+  ok(folder, "check --box 15 15 15");
 }
 
 TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable][long]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "60 60 60 --rbc 5 --max-iterations 1");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  ok(folder, "60 60 60 --rbc 5 --max-iterations 1");
   // With more to do than there is time for on any machine, no density is called the largest.
-  const Ran late = run(folder.path(), "80 80 80 --hematocrit 0.7 --max-time 1");
-  INFO(late.all());
-  CHECK(late.exitCode == 3);
-  CHECK_THAT(late.err,
+  CHECK_THAT(ended(folder, 3, "80 80 80 --hematocrit 0.7 --max-time 1").err,
              !Contains("the densest certified") &&
                  (Contains("a certified packing; the time limit ended the search for the densest") ||
                   Contains("not even one cell") || Contains("reached before packing began")));
@@ -245,10 +224,7 @@ TEST_CASE("A limit reached when nothing is left to do is not an error", "[execut
 
 TEST_CASE("A time limit that expires before packing begins is reported", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "50 50 50 --rbc 1 --max-time 1e-9");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err,
+  CHECK_THAT(ended(folder, 3, "50 50 50 --rbc 1 --max-time 1e-9").err,
              Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
                  !Contains("hematocrit"));
 }
@@ -256,10 +232,8 @@ TEST_CASE("A time limit that expires before packing begins is reported", "[execu
 TEST_CASE("Columns are suggested only where a random packing is not feasible", "[executable]") {
   const TemporaryFolder folder;
   for (const auto& [hematocrit, proposed] : {std::pair("0.3", false), {"0.64", true}}) {
-    const Ran ran = run(
-        folder.path(), std::string("24 24 24 --ends periodic --max-iterations 1 --hematocrit ") + hematocrit);
-    INFO(ran.all());
-    CHECK(ran.exitCode == 3);
+    const Ran ran = ended(
+        folder, 3, std::string("24 24 24 --ends periodic --max-iterations 1 --hematocrit ") + hematocrit);
     const std::size_t error = ran.err.find("(Error)");
     REQUIRE(error != ran.err.npos);
     CHECK((ran.err.find("--order columns", error) != ran.err.npos) == proposed);
@@ -271,29 +245,27 @@ TEST_CASE("Ctrl-C ends the program cleanly", "[executable]") {
   // A shell's background jobs ignore SIGINT, python's do not; the signal comes when the run has told what it
   // packs.
   const TemporaryFolder scripts;
-  writeText(scripts.path() / "interrupt.py", R"(import signal, subprocess, sys
+  writeText(scripts / "interrupt.py", R"(import signal, subprocess, sys
 run = subprocess.Popen(sys.argv[1:], stdout=subprocess.PIPE)
 run.stdout.readline()
 run.send_signal(signal.SIGINT)
 run.communicate()
 sys.exit(run.returncode)
 )");
-  const Ran ran = run(folder.path(), "40 40 40 --hematocrit 0.65", "packMesh",
-                      "python3 '" + (scripts.path() / "interrupt.py").string() + "'");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 130);
-  CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
+  CHECK_THAT(withExit(130, runProcess(folder, "40 40 40 --hematocrit 0.65",
+                                      "python3 '" + (scripts / "interrupt.py").string() + "'"))
+                 .err,
+             Contains("interrupted: nothing was written"));
   CHECK(fs::is_empty(folder.path()));
 }
 
 TEST_CASE("Help, reference and version are printed", "[executable]") {
   const TemporaryFolder folder;
-  Ran ran = run(folder.path(), "--help");
-  CHECK(ran.exitCode == 0);
+  Ran ran = ok(folder, "--help");
   CHECK_THAT(ran.out, Contains("--hematocrit"));
-  CHECK(run(folder.path(), "--help", "packCells").exitCode == 0);
-  CHECK(run(folder.path(), "--reference").exitCode == 0);
-  CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
+  CHECK(run(folder, "--help", "packCells").exitCode == 0);
+  ok(folder, "--reference");
+  CHECK_THAT(run(folder, "--version").out, Contains("packMesh "));
   CHECK(fs::is_empty(folder.path()));
 }
 
@@ -313,22 +285,16 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
   std::vector<CappedOpening> openings;
   repairClosed(closed, "closed", &openings);
   REQUIRE(openings.size() == 1);
-  writeMesh(folder.path() / "open.stl", open);
-  writeMesh(folder.path() / "closed.stl", closed);
+  writeMesh(folder / "open.stl", open);
+  writeMesh(folder / "closed.stl", closed);
   const std::string cells = " 2 --rbc 20 --ends periodic --open-axis x --report r.json";
-  const Ran given = run(folder.path(), "--vessel closed.stl" + cells);
-  INFO(given.all());
-  REQUIRE(given.exitCode == 0);
-  const std::string pos = readText(folder.path() / "RBC.pos");
-  const auto lumen = [&] {
-    return nlohmann::json::parse(readText(folder.path() / "r.json"))["lumen"]["volume"];
-  };
+  ok(folder, "--vessel closed.stl" + cells);
+  const std::string pos = readText(folder / "RBC.pos");
+  const auto lumen = [&] { return readJson(folder / "r.json")["lumen"]["volume"]; };
   const double volume = lumen();
   CHECK(volume == Approx(8.0 * signedVolume(whole)));
-  const Ran capped = run(folder.path(), "--vessel open.stl" + cells);
-  INFO(capped.all());
-  REQUIRE(capped.exitCode == 0);
-  CHECK(readText(folder.path() / "RBC.pos") == pos);
+  const Ran capped = ok(folder, "--vessel open.stl" + cells);
+  CHECK(readText(folder / "RBC.pos") == pos);
   CHECK(lumen() == volume);
   CHECK_THAT(capped.all(),
              Contains("open.stl: capped 1 flat opening (447.239 µm²); --flat-openings refuse makes"));
@@ -338,11 +304,9 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
 
 TEST_CASE("The time limit includes the preparation", "[executable]") {
   const TemporaryFolder folder;
-  writeMesh(folder.path() / "cell.off", icosphere(4, 4.0));
-  const Ran ran = run(folder.path(), "40 40 40 --cell-mesh a 3 cell.off --max-time 1e-6");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 3);
+  writeMesh(folder / "cell.off", icosphere(4, 4.0));
+  const Ran ran = ended(folder, 3, "40 40 40 --cell-mesh a 3 cell.off --max-time 1e-6");
   CHECK_THAT(ran.all(), Contains("was reached before packing began; nothing was written"));
   CHECK_THAT(ran.out, !Contains("Lumen"));  // it ended during the preparation
-  CHECK_FALSE(fs::exists(folder.path() / "a.pos"));
+  CHECK_FALSE(fs::exists(folder / "a.pos"));
 }

@@ -14,37 +14,30 @@ using namespace packmesh::test;
 TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does not fit the method",
           "[executable]") {
   const SampleCase folder("<packing> <method> cat </method> <builder> chords </builder> </packing>");
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
-  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
+  const int rbc = cellsIn(folder / "RBC.pos"), plt = cellsIn(folder / "PLT.pos");
   CHECK(rbc > 10);
   CHECK_THAT(packed.out,
              Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
   CHECK_THAT(packed.out, Contains("Certificate: clean"));
   CHECK_THAT(packed.out, Contains("Method: growth"));
   CHECK_THAT(packed.out, Contains("iterations"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
-  const std::string first = readText(folder.path() / "RBC.pos");
-  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
-  CHECK(readText(folder.path() / "RBC.pos") == first);
+  ok(folder, "check config.xml");
+  const std::string first = readText(folder / "RBC.pos");
+  ok(folder, "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
+  CHECK(readText(folder / "RBC.pos") == first);
   requireRefused(folder,
                  {{"config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation", 2, "<method> cat"}});
 
   const TemporaryFolder box;
-  Ran ran = run(box.path(), "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK(run(box.path(), "check --box 16 16 16").exitCode == 0);
-  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
-  CHECK(ran.exitCode == 3);
+  Ran ran = ok(box, "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
+  ok(box, "check --box 16 16 16");
+  ran = ended(box, 3, "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
   CHECK_THAT(ran.err, Contains("3 iterations"));
   requireRefused(box, {{"16 16 16 --hematocrit 0.35 --method dog", 1, "cat"},
                        {"16 16 16 --hematocrit 0.35 --builder chords", 1, "'--builder' is for --method cat"},
                        {"16 16 16 --hematocrit 0.35 --escape", 1, "'--escape' is for --method cat"}});
-  ran = run(box.path(), "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder cat-faces");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  ran = ok(box, "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder cat-faces");
   CHECK_THAT(ran.out, Contains("tetrahedra"));
   CHECK_THAT(ran.out, Contains("attempts of TetGen"));
 }
@@ -53,10 +46,8 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 3 --method cat ";
   const auto posOf = [&](const std::string& arguments) {
-    const Ran ran = run(folder.path(), command + arguments);
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
-    return readText(folder.path() / "RBC.pos");
+    ok(folder, command + arguments);
+    return readText(folder / "RBC.pos");
   };
   const std::string plain = posOf("");
   // Each of them changes the packing; the values of a table's fallbacks do not.
@@ -70,8 +61,7 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
     CAPTURE(other);
     CHECK(posOf(std::string("--growth ") + other) != plain);
   }
-  CHECK(run(folder.path(), command + "--growth iterations 1 --growth barriers 1 --growth relaxationSweeps 0")
-            .exitCode == 3);
+  ended(folder, 3, command + "--growth iterations 1 --growth barriers 1 --growth relaxationSweeps 0");
   requireRefused(folder,
                  {{command + "--growth iterations 0", 1, "'--growth' iterations: expected a whole number"},
                   {command + "--growth barriers '0.5 0.9'", 2, "the last barrier must be 1"},
@@ -82,16 +72,14 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
 TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 5 --plt 2 --method cat --stock PLT 4 ";
-  const Ran ran = run(folder.path(), command + "--escape --state state.h5");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  CHECK(cellsIn(folder.path() / "RBC.pos") == 5);
-  const std::string platelets = readText(folder.path() / "PLT.pos");
-  CHECK(cellsIn(folder.path() / "PLT.pos") == 6);
+  const Ran ran = ok(folder, command + "--escape --state state.h5");
+  CHECK(cellsIn(folder / "RBC.pos") == 5);
+  const std::string platelets = readText(folder / "PLT.pos");
+  CHECK(cellsIn(folder / "PLT.pos") == 6);
   CHECK_THAT(ran.out, Contains("PLT: 6 placed (2 requested + 4 from the reserve)"));
-  CHECK(run(folder.path(), "check --box 12 12 12").exitCode == 0);
-  std::filesystem::remove(folder.path() / "PLT.pos");
-  CHECK(run(folder.path(), "--restart state.h5").exitCode == 0);
-  CHECK(readText(folder.path() / "PLT.pos") == platelets);
+  ok(folder, "check --box 12 12 12");
+  std::filesystem::remove(folder / "PLT.pos");
+  ok(folder, "--restart state.h5");
+  CHECK(readText(folder / "PLT.pos") == platelets);
   requireRefused(folder, {{command, 2, "'PLT' has a reserve (stock), which only --escape uses"}});
 }

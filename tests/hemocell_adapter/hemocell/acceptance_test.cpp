@@ -16,11 +16,12 @@
 #include "packMesh/container/vessel.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "tests/hemocell_adapter/tube.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+using namespace packmesh::test;
 
 namespace {
 

@@ -119,13 +119,13 @@ TEST_CASE("Planes counted from the last one are read", "[case_source]") {
 TEST_CASE("All C++ files beside config.xml are read", "[case_source]") {
   const TemporaryFolder folder;
   const std::string text = "h.setInitialMinimumDistanceFromSolid(\"RBC\", 1);";
-  writeText(folder.path() / "b.cpp", "#include \"a.h\"\r\n h.setSystemPeriodicityLimit(0, 45);" + text);
-  writeText(folder.path() / "a.h", text);
-  writeText(folder.path() / "c.cpp.bak", text);
-  writeText(folder.path() / "d.txt", text);
-  writeText(folder.path() / "e.cc", std::string("\0\xff\xfe\"'#if 0\n/*", 13));
-  fs::create_directory(folder.path() / "f.cpp");
-  fs::create_symlink("nowhere", folder.path() / "g.cpp");
+  writeText(folder / "b.cpp", "#include \"a.h\"\r\n h.setSystemPeriodicityLimit(0, 45);" + text);
+  writeText(folder / "a.h", text);
+  writeText(folder / "c.cpp.bak", text);
+  writeText(folder / "d.txt", text);
+  writeText(folder / "e.cc", std::string("\0\xff\xfe\"'#if 0\n/*", 13));
+  fs::create_directory(folder / "f.cpp");
+  fs::create_symlink("nowhere", folder / "g.cpp");
   const CaseSource source = readCaseSource(folder.path());
   CHECK(source.files == std::vector<std::string>{"a.h", "b.cpp", "e.cc"});
   REQUIRE(source.distances.size() == 2);
@@ -136,7 +136,7 @@ TEST_CASE("All C++ files beside config.xml are read", "[case_source]") {
   CHECK(source.periodicity[0].limit == 45.0);
   REQUIRE(source.unread.size() == 1);
   CHECK_THAT(source.unread[0], Contains("g.cpp") && Contains("not searched"));
-  CHECK(readCaseSource(folder.path() / "nothing").files.empty());
+  CHECK(readCaseSource(folder / "nothing").files.empty());
 }
 
 using namespace packmesh;
@@ -146,8 +146,8 @@ namespace {
 
 Case read(const std::string& text) {
   const TemporaryFolder folder;
-  writeText(folder.path() / "config.xml", text);
-  return readCase(folder.path() / "config.xml");
+  writeText(folder / "config.xml", text);
+  return readCase(folder / "config.xml");
 }
 
 }  // namespace
@@ -337,12 +337,12 @@ TEST_CASE("The stress that a case expects is read in its file and in a running c
   const auto text = [](const std::string& stress) {
     return configXml(sampleDomain + "<wallShearStress> " + stress + " </wallShearStress>");
   };
-  writeText(folder.path() / "config.xml", text("1.5"));
-  CHECK(readCase(folder.path() / "config.xml").domain.wallShearStress == 1.5);
+  writeText(folder / "config.xml", text("1.5"));
+  CHECK(readCase(folder / "config.xml").domain.wallShearStress == 1.5);
   CHECK(packingSectionOf(text("1.5")).domain.wallShearStress == 1.5);
   CHECK_FALSE(packingSectionOf(configXml(sampleDomain)).domain.wallShearStress);
   for (const char* wrong : {"much", "-1"}) {
-    writeText(folder.path() / "config.xml", text(wrong));
-    CHECK_THROWS_WITH(readCase(folder.path() / "config.xml"), Contains("<wallShearStress>"));
+    writeText(folder / "config.xml", text(wrong));
+    CHECK_THROWS_WITH(readCase(folder / "config.xml"), Contains("<wallShearStress>"));
   }
 }

@@ -8,11 +8,12 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "tests/hemocell_adapter/off_text.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+using namespace packmesh::test;
 
 namespace {
 

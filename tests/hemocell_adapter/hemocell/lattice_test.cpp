@@ -6,11 +6,12 @@
 #include <random>
 
 #include "packMesh/core/error.h"
-#include "tests/hemocell_adapter/tube.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+using namespace packmesh::test;
 
 namespace {
 

@@ -5,7 +5,6 @@
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/hemocell_adapter/refusal.h"
-#include "tests/hemocell_adapter/tube.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
@@ -42,7 +41,7 @@ TriangleMesh twoTubes() {
 
 VesselOnLattice vessel() {
   const SampleCase folder;
-  return placeVessel(readMesh(folder.path() / "tube.stl"), 0.5, 1, 30);
+  return placeVessel(readMesh(folder / "tube.stl"), 0.5, 1, 30);
 }
 
 }  // namespace
@@ -78,8 +77,8 @@ TEST_CASE("A pre-inlet has the fluid nodes of the plane before its slice, in the
           "[pre_inlet]") {
   // A tube that grows from 7.5 to 15 µm along x: neighbouring planes differ.
   const TemporaryFolder folder;
-  writeText(folder.path() / "cone.stl", tubeStl(2.4, 0.75, 48, false, 2.0));
-  const VesselOnLattice cone = placeVessel(readMesh(folder.path() / "cone.stl"), 0.5, 1, 60);
+  writeText(folder / "cone.stl", tubeStl(2.4, 0.75, 48, false, 2.0));
+  const VesselOnLattice cone = placeVessel(readMesh(folder / "cone.stl"), 0.5, 1, 60);
   const auto nodesIn = [&](int plane, const std::array<int, 2>& low, const std::array<int, 2>& size) {
     std::int64_t count = 0;
     for (int j = 0; j < size[0]; ++j)
@@ -162,28 +161,24 @@ TEST_CASE("A slice perpendicular to the vessel has the frame of its own box", "[
 
 TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[executable]") {
   const PreInletCase folder;
-  Ran ran = run(folder.path(), "config.xml --hematocrit 0.25 --pre-inlet Xpos");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  Ran ran = ok(folder, "config.xml --hematocrit 0.25 --pre-inlet Xpos");
   CHECK_THAT(ran.out, Contains("the pre-inlet: plane") && Contains("of 43 x 33 x 33"));
-  CHECK(run(folder.path(), "check config.xml --pre-inlet Xpos").exitCode == 0);
-  fs::remove(folder.path() / "RBC.pos");
-  fs::remove(folder.path() / "PLT.pos");
+  ok(folder, "check config.xml --pre-inlet Xpos");
+  fs::remove(folder / "RBC.pos");
+  fs::remove(folder / "PLT.pos");
   const PreInletCase stated("<packing><hematocrit>0.25</hematocrit><preInlet>Xneg</preInlet></packing>");
-  CHECK(run(stated.path(), "config.xml").exitCode == 0);
+  ok(stated, "config.xml");
   requireRefused(folder, {{"config.xml --hematocrit 0.25", 2, "preInletFromSlice(Direction::Xpos, slice)"},
                           {"config.xml --hematocrit 0.25 --pre-inlet-slice 3", 1, "need its direction"},
                           {"config.xml --hematocrit 0.25 --pre-inlet X", 1, "'--pre-inlet'"}});
   // The C++ code alone says it, too, if it has no slice of its own.
-  writeText(folder.path() / "case.cpp",
+  writeText(folder / "case.cpp",
             "int main() {\nhemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos); }");
-  ran = run(folder.path(), "config.xml --hematocrit 0.25 --report r.json");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  ran = ok(folder, "config.xml --hematocrit 0.25 --report r.json");
   CHECK(ran.err.empty());
   CHECK_THAT(ran.out,
              Contains("plane 49 of nodes along x (case.cpp:2), repeated with the fluid nodes of plane 48"));
-  CHECK_THAT(readText(folder.path() / "r.json"), Contains("\"preInletSlice\": \"last - 1\""));
-  CHECK(run(folder.path(), "check config.xml --pre-inlet-slice 49").err.empty());
+  CHECK_THAT(readText(folder / "r.json"), Contains("\"preInletSlice\": \"last - 1\""));
+  CHECK(run(folder, "check config.xml --pre-inlet-slice 49").err.empty());
   requireRefused({{"config.xml --hematocrit 0.25 --pre-inlet Xpos", 2, "<lengthN>"}});
 }

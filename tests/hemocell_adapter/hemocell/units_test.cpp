@@ -90,52 +90,44 @@ TEST_CASE("Positions of a box around a pipe are not taken for those of another l
 TEST_CASE("The program warns of implausible units", "[executable][units]") {
   const SampleCase folder("<packing> <hematocrit> 0.1 </hematocrit> </packing>");
   SECTION("dx ten times too large") {
-    std::string xml = readText(folder.path() / "config.xml");
+    std::string xml = readText(folder / "config.xml");
     xml.replace(xml.find("5e-7"), 4, "5e-6");
-    writeText(folder.path() / "config.xml", xml);
-    const Ran ran = run(folder.path(), "config.xml --validate");
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
-    CHECK_THAT(ran.err,
+    writeText(folder / "config.xml", xml);
+    CHECK_THAT(ok(folder, "config.xml --validate").err,
                Contains("config.xml:4: <dx>: a lattice spacing of 5 µm") && Contains("10 times too large"));
-    CHECK(run(folder.path(), "40 40 40 --rbc 2 --dx 0.5").err.empty());
-    CHECK_THAT(run(folder.path(), "40 40 40 --rbc 2 --dx 5").err,
+    CHECK(run(folder, "40 40 40 --rbc 2 --dx 0.5").err.empty());
+    CHECK_THAT(run(folder, "40 40 40 --rbc 2 --dx 5").err,
                Contains("option '--dx': a lattice spacing of 5 µm"));
   }
   SECTION("a vessel in metres or millimetres, and one with another factor") {
     for (const auto& [unit, factor] : {std::pair("0.000001", "1000000"), {"0.001", "1000"}}) {
       const double scale = std::stod(unit);
-      writeText(folder.path() / "small.stl", tubeStl(40 * scale, 10 * scale, 24));
-      const Ran ran = run(folder.path(), "--vessel small.stl 1 --open-axis x --rbc 5");
-      INFO(ran.all());
-      CHECK(ran.exitCode == 2);
-      CHECK_THAT(ran.err, Contains(std::string("the factor is ") + factor));
-      CHECK(run(folder.path(), std::string("--vessel small.stl ") + factor + " --open-axis x --rbc 5")
-                .err.empty());
+      writeText(folder / "small.stl", tubeStl(40 * scale, 10 * scale, 24));
+      CHECK_THAT(ended(folder, 2, "--vessel small.stl 1 --open-axis x --rbc 5").err,
+                 Contains(std::string("the factor is ") + factor));
+      CHECK(run(folder, std::string("--vessel small.stl ") + factor + " --open-axis x --rbc 5").err.empty());
     }
-    writeText(folder.path() / "rod.stl", tubeStl(6e-6, 1e-6, 12));
-    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err,
-               Contains("the factor is 1000000"));
-    writeText(folder.path() / "rod.stl", tubeStl(3, 0.5, 12));
-    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err, !Contains("the factor"));
-    writeText(folder.path() / "rod.stl", tubeStl(8e-3, 2e-3, 12));
-    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err,
-               Contains("in mm, the factor is 1000"));
+    writeText(folder / "rod.stl", tubeStl(6e-6, 1e-6, 12));
+    CHECK_THAT(run(folder, "20 20 20 --cell-mesh rod 2 rod.stl").err, Contains("the factor is 1000000"));
+    writeText(folder / "rod.stl", tubeStl(3, 0.5, 12));
+    CHECK_THAT(run(folder, "20 20 20 --cell-mesh rod 2 rod.stl").err, !Contains("the factor"));
+    writeText(folder / "rod.stl", tubeStl(8e-3, 2e-3, 12));
+    CHECK_THAT(run(folder, "20 20 20 --cell-mesh rod 2 rod.stl").err, Contains("in mm, the factor is 1000"));
   }
   SECTION("a <container> instead of the <geometry>") {
-    writeText(folder.path() / "config.xml",
+    writeText(folder / "config.xml",
               configXml(sampleDomain,
                         "<packing> <hematocrit> 0.1 </hematocrit> <container> <cylinder axis=\"x\" "
                         "radius=\"7\" length=\"20\"/> </container> </packing>"));
-    CHECK_THAT(run(folder.path(), "config.xml --validate").err,
+    CHECK_THAT(run(folder, "config.xml --validate").err,
                Contains("config.xml:6: <cylinder> replaces the <geometry>") && Contains("tube.stl"));
-    fs::remove(folder.path() / "tube.stl");
-    CHECK_THAT(run(folder.path(), "config.xml --validate").err, !Contains("replaces"));
+    fs::remove(folder / "tube.stl");
+    CHECK_THAT(run(folder, "config.xml --validate").err, !Contains("replaces"));
   }
   SECTION(".pos files in lattice units or metres") {
-    REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 1").exitCode == 0);
+    ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 1");
     const auto scale = [&](const std::string& name, double factor) {
-      std::istringstream in(readText(folder.path() / name));
+      std::istringstream in(readText(folder / name));
       std::ostringstream out;
       int count = 0;
       in >> count;
@@ -143,12 +135,10 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
       for (double x, y, z, a, b, c; in >> x >> y >> z >> a >> b >> c;)
         out << factor * x << ' ' << factor * y << ' ' << factor * z << ' ' << a << ' ' << b << ' ' << c
             << '\n';
-      writeText(folder.path() / name, out.str());
+      writeText(folder / name, out.str());
     };
     const auto warnings = [&] {
-      const Ran ran = run(folder.path(), "check config.xml");
-      INFO(ran.all());
-      CHECK(ran.exitCode == 4);
+      const Ran ran = ended(folder, 4, "check config.xml");
       return ran.err;
     };
     scale("RBC.pos", 2.0);

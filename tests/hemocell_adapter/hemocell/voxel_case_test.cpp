@@ -94,23 +94,19 @@ TEST_CASE("Vessels without flat ends perpendicular to x are packed in their flui
        {Shape{"oblique", oblique()}, {"bend", bend()}, {"helix", helix()}, {"ring", ring()}}) {
     CAPTURE(shape.name);
     const VesselCase folder(shape.mesh);
-    const Ran packed = run(
-        folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 0.3 --clearance 0.02 --wall-clearance 0.1");
-    INFO(packed.all());
-    CHECK(packed.exitCode == 0);
+    const Ran packed =
+        ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0.3 --clearance 0.02 --wall-clearance 0.1");
     CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("the hematocrit refers to their volume"));
-    const int cells = cellsIn(folder.path() / "RBC.pos") + cellsIn(folder.path() / "PLT.pos");
+    const int cells = cellsIn(folder / "RBC.pos") + cellsIn(folder / "PLT.pos");
     CHECK(cells > 3);
     CHECK_THAT(packed.out,
                Contains("HemoCell keeps " + std::to_string(cells) + " of " + std::to_string(cells)));
     CHECK(packed.err.empty());
-    const Ran checked = run(folder.path(), "check config.xml --clearance 0.02 --wall-clearance 0.1");
-    INFO(checked.all());
-    CHECK(checked.exitCode == 0);
-    CHECK_THAT(checked.out, Contains("Cells not wholly inside the lumen, or too near to the wall: 0"));
+    CHECK_THAT(ok(folder, "check config.xml --clearance 0.02 --wall-clearance 0.1").out,
+               Contains("Cells not wholly inside the lumen, or too near to the wall: 0"));
     // A cell that meets the wall is found.
-    writeText(folder.path() / "RBC.pos", "1\n0 0 0 0 0 0\n");
-    CHECK(run(folder.path(), "check config.xml").exitCode == 4);
+    writeText(folder / "RBC.pos", "1\n0 0 0 0 0 0\n");
+    ended(folder, 4, "check config.xml");
   }
 }
 
@@ -118,40 +114,28 @@ TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodi
           "[executable][vessel][long]") {
   const VesselCase folder(oblique());
   const Ran layer =
-      run(folder.path(), "config.xml --rbc 3 --plt 2 --cell-free-layer 1.2 --report r.json --vtp --pov");
-  INFO(layer.all());
-  CHECK(layer.exitCode == 0);
-  CHECK(run(folder.path(), "check config.xml --cell-free-layer 1.2").exitCode == 0);
-  CHECK_THAT(readText(folder.path() / "r.json"), Contains("fluid nodes in "));
-  CHECK_THAT(run(folder.path(), "config.xml --rbc 3 --plt 2 --dry-run").out, Contains("Feasible"));
+      ok(folder, "config.xml --rbc 3 --plt 2 --cell-free-layer 1.2 --report r.json --vtp --pov");
+  ok(folder, "check config.xml --cell-free-layer 1.2");
+  CHECK_THAT(readText(folder / "r.json"), Contains("fluid nodes in "));
+  CHECK_THAT(run(folder, "config.xml --rbc 3 --plt 2 --dry-run").out, Contains("Feasible"));
 
-  fs::create_directory(folder.path() / "before");
-  fs::copy_file(folder.path() / "RBC.pos", folder.path() / "before/RBC.pos");
-  const Ran fixed = run(folder.path(), "config.xml --rbc 4 --plt 2 --fixed before/RBC.pos");
-  INFO(fixed.all());
-  CHECK(fixed.exitCode == 0);
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  fs::create_directory(folder / "before");
+  fs::copy_file(folder / "RBC.pos", folder / "before/RBC.pos");
+  ok(folder, "config.xml --rbc 4 --plt 2 --fixed before/RBC.pos");
+  ok(folder, "check config.xml");
 
-  const Ran grown =
-      run(folder.path(), std::string("config.xml --rbc 3 --plt 2") + (hasCat() ? " --method cat" : ""));
-  INFO(grown.all());
-  CHECK(grown.exitCode == 0);
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, std::string("config.xml --rbc 3 --plt 2") + (hasCat() ? " --method cat" : ""));
+  ok(folder, "check config.xml");
 
-  const Ran periodic = run(folder.path(), "config.xml --rbc 6 --plt 2 --ends periodic");
-  INFO(periodic.all());
-  CHECK(periodic.exitCode == 0);
+  const Ran periodic = ok(folder, "config.xml --rbc 6 --plt 2 --ends periodic");
   CHECK_THAT(periodic.out, Contains("periodic along x"));
-  CHECK(run(folder.path(), "check config.xml --ends periodic").exitCode == 0);
+  ok(folder, "check config.xml --ends periodic");
 
   const VesselCase regions(
       oblique(),
       "<packing> <hematocrit> 0.05 </hematocrit> <region hematocrit=\"0.2\"> <box size=\"12 20 20\" "
       "origin=\"0 0 0\"/> </region> </packing>");
-  const Ran ran = run(regions.path(), "config.xml");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("Hematocrit of region 1"));
+  CHECK_THAT(ok(regions, "config.xml").out, Contains("Hematocrit of region 1"));
 }
 
 TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks",
@@ -159,11 +143,9 @@ TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks",
   std::string files;
   for (const int ranks : {1, 2, 4}) {
     const VesselCase folder(bend());
-    const Ran ran = run(folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 0.3 --clearance 0.02",
-                        "packMesh", onRanks(ranks));
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
-    const std::string here = readText(folder.path() / "RBC.pos") + readText(folder.path() / "PLT.pos");
+    REQUIRE(runProcess(folder, "config.xml --hematocrit 0.2 --plt_ratio 0.3 --clearance 0.02", onRanks(ranks))
+                .exitCode == 0);
+    const std::string here = readText(folder / "RBC.pos") + readText(folder / "PLT.pos");
     if (ranks == 1) files = here;
     CHECK((here == files));
   }
@@ -193,17 +175,13 @@ TEST_CASE("Surfaces that cross themselves are packed in the nodes that HemoCell 
     const VesselCase folder(shape.mesh);
     for (const std::string lumen : {"config.xml", "--vessel vessel.stl 1"}) {
       CAPTURE(lumen);
-      const Ran packed = run(
-          folder.path(), lumen + " --hematocrit 0.15 --plt_ratio 0.1 --clearance 0.02 --wall-clearance 0.1");
-      INFO(packed.all());
-      CHECK(packed.exitCode == 0);
+      const Ran packed =
+          ok(folder, lumen + " --hematocrit 0.15 --plt_ratio 0.1 --clearance 0.02 --wall-clearance 0.1");
       CHECK_THAT(packed.err, Contains("the surface intersects itself: the triangles at (") &&
                                  Contains("the lumen consists of HemoCell's fluid nodes at dx 0.5 µm, "));
       CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("Certificate: clean"));
-      CHECK(cellsIn(folder.path() / "RBC.pos") > 5);
-      const Ran checked = run(folder.path(), "check " + lumen + " --clearance 0.02 --wall-clearance 0.1");
-      INFO(checked.all());
-      CHECK(checked.exitCode == 0);
+      CHECK(cellsIn(folder / "RBC.pos") > 5);
+      ok(folder, "check " + lumen + " --clearance 0.02 --wall-clearance 0.1");
     }
   }
   const VesselCase negative(joined(along, tubeAround({{20, -20, 0}, {20, 20, 0}}, 5), Vec3::Zero()));

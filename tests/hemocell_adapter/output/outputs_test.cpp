@@ -34,24 +34,22 @@ TEST_CASE("No output replaces a file that the run has read", "[executable]") {
       Row{"cells.stl", "obstacle.xml --walls yz --rbc 1 --export stl"});
   CAPTURE(arguments);
   const SampleCase folder;
-  const fs::path file = folder.path() / name;
-  writeText(folder.path() / "cell.off", tetrahedron);
+  const fs::path file = folder / name;
+  writeText(folder / "cell.off", tetrahedron);
   writeText(
-      folder.path() / "obstacle.xml",
+      folder / "obstacle.xml",
       configXml(
           "<dx> 5e-7 </dx> <nx>60</nx> <ny>60</ny> <nz>60</nz>",
           "<packing> <container> <obstacles> <mesh file=\"cells.stl\" scale=\"0.2\" offset=\"10 15 15\"/> "
           "</obstacles> </container> </packing>"));
   if (file.extension() == ".pos") writeText(file, "1\n10 10 10 0 0 0\n");
   if (name == "s.h5") ok(folder, "30 30 30 --rbc 2 --state s.h5 --output-dir before");
-  if (name == "again.json") fs::copy_file(folder.path() / "config.xml", file);
+  if (name == "again.json") fs::copy_file(folder / "config.xml", file);
   if (file.extension() == ".off") writeText(file, tetrahedron);
   if (name == "cells.stl") writeText(file, vessel());
   const std::string before = readText(file);
-  const Ran ran = run(folder.path(), arguments);
-  INFO(ran.all());
-  CHECK(ran.exitCode == int(ExitCode::cannotWrite));
-  CHECK_THAT(ran.err, Contains(name + ": is read by this run and would be overwritten"));
+  CHECK_THAT(ended(folder, int(ExitCode::cannotWrite), arguments).err,
+             Contains(name + ": is read by this run and would be overwritten"));
   CHECK((readText(file) == before));
 }
 
@@ -59,11 +57,10 @@ TEST_CASE("A state is replaced by the run that continues it, fixed cells by the 
   const SampleCase folder;
   ok(folder, "30 30 30 --rbc 4 --state s.h5");
   ok(folder, "--restart s.h5");
-  const std::string red = readText(folder.path() / "RBC.pos");
+  const std::string red = readText(folder / "RBC.pos");
   ok(folder, "30 30 30 --rbc 4 --fixed RBC.pos --plt 3");
-  CHECK(readText(folder.path() / "RBC.pos") == red);
+  CHECK(readText(folder / "RBC.pos") == red);
   // Across a periodic face: written as its image inside, which are other bytes.
-  writeText(folder.path() / "RBC.pos", "1\n31 10 10 0 0 0\n");
-  const Ran moved = run(folder.path(), "30 30 30 --ends periodic --rbc 1 --fixed RBC.pos --plt 3");
-  CHECK(moved.exitCode == int(ExitCode::cannotWrite));
+  writeText(folder / "RBC.pos", "1\n31 10 10 0 0 0\n");
+  ended(folder, int(ExitCode::cannotWrite), "30 30 30 --ends periodic --rbc 1 --fixed RBC.pos --plt 3");
 }

@@ -38,12 +38,9 @@ double sum(const Report& numbers) {
 
 TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
   const SampleCase folder;
-  const Ran ran =
-      run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.2 --seed 3 --report out/report.json");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  CHECK_FALSE(fs::exists(folder.path() / "out/report.html"));
-  const Report report = reportIn(folder.path() / "out/report.json");
+  ok(folder, "config.xml --hematocrit 0.3 --plt_ratio 0.2 --seed 3 --report out/report.json");
+  CHECK_FALSE(fs::exists(folder / "out/report.html"));
+  const Report report = reportIn(folder / "out/report.json");
   CHECK(report["schema"] == "packMesh-report");
   CHECK(report["schemaVersion"] == 1);
   CHECK(report["command"].back() == "out/report.json");
@@ -54,7 +51,7 @@ TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
   CHECK(report["lumen"]["lattice"]["dx"] == 0.5);
   std::int64_t cells = 0;
   for (const Report& species : report["species"]) {
-    std::ifstream pos(folder.path() / species["file"].get<std::string>());
+    std::ifstream pos(folder / species["file"].get<std::string>());
     std::int64_t n = -1;
     pos >> n;
     CHECK(species["placed"] == n);
@@ -105,12 +102,10 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
 
 TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable]") {
   const SampleCase folder;
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report 'my report.html'");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --hematocrit 0.1 --report 'my report.html'");
   CHECK_THAT(ran.out, Contains("Wrote my report.html") && Contains("Wrote my report.json"));
-  const std::string html = readText(folder.path() / "my report.html");
-  CHECK(embedded(html, "report") == reportIn(folder.path() / "my report.json"));
+  const std::string html = readText(folder / "my report.html");
+  CHECK(embedded(html, "report") == reportIn(folder / "my report.json"));
   const Report view = embedded(html, "cells");
   const std::size_t cells = view["cells"];
   CHECK(view["slice"].is_null());
@@ -125,51 +120,43 @@ TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable
 TEST_CASE("Text that looks like the end of a script stays data", "[executable]") {
   const SampleCase folder;
   const std::string name = "</script><!--<script>{{ cells }}";
-  fs::create_directories(folder.path() / name);
-  const Ran ran = run(folder.path(), "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  const std::string html = readText(folder.path() / "report.html");
+  fs::create_directories(folder / name);
+  ok(folder, "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
+  const std::string html = readText(folder / "report.html");
   CHECK(html.find(name) == html.npos);
   CHECK(embedded(html, "report")["command"].back() == name);
 }
 
 TEST_CASE("Reports of one cell, and of species without cells, are complete", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  const Report report = reportIn(folder.path() / "report.json");
+  ok(folder, "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov");
+  const Report report = reportIn(folder / "report.json");
   CHECK(report["measures"]["gaps"][0]["beyond"] == 1);
   CHECK(report["measures"]["gaps"][0]["minimum"].is_null());
   CHECK(report["measures"]["orientation"][0]["nematic"].get<double>() == Approx(1.0));
   CHECK(report["measures"]["wall"].is_null());
   CHECK(report["certificate"]["minimumGap"].is_null());
-  CHECK_FALSE(fs::exists(folder.path() / "PLT.vtp"));
+  CHECK_FALSE(fs::exists(folder / "PLT.vtp"));
 
   // Too many: what is left of the platelets may be none.
   const Ran fewer =
-      run(folder.path(),
-          "14 14 14 --hematocrit 0.72 --plt_ratio 0.05 --max-iterations 30 --best-effort --report fewer.json "
-          "--vtp --pov");
-  INFO(fewer.all());
-  REQUIRE(fewer.exitCode == 0);
-  CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
+      ok(folder,
+         "14 14 14 --hematocrit 0.72 --plt_ratio 0.05 --max-iterations 30 --best-effort --report fewer.json "
+         "--vtp --pov");
+  CHECK(reportIn(folder / "fewer.json")["outcome"] == "bestEffort");
 }
 
 TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable][long]") {
   const SampleCase folder;
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
                       "<packing><walls>yz</walls><container><obstacles>"
                       "<cylinder axis=\"z\" center=\"10 10 11\" radius=\"3\" length=\"30\"/>"
                       "<sphere center=\"3 16 16\" radius=\"2\"/>"
                       "<mesh file=\"tube.stl\" scale=\"0.5\" offset=\"16 4 4\"/>"
                       "</obstacles></container></packing>"));
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --vtp");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  const Report container = reportIn(folder.path() / "report.json")["configuration"]["container"];
+  ok(folder, "config.xml --hematocrit 0.1 --report report.json --vtp");
+  const Report container = reportIn(folder / "report.json")["configuration"]["container"];
   INFO(container.dump(2));
   CHECK(container["lumen"].is_null());
   CHECK(container["obstacles"].size() == 3);
@@ -182,7 +169,7 @@ TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable][lon
         Report{{"kind", "sphere"}, {"radius", 2.0}, {"center", {3.0, 16.0, 16.0}}});
   CHECK(container["obstacles"][2]["kind"] == "mesh");
   CHECK(container["obstacles"][2]["scale"] == 0.5);
-  CHECK(fs::file_size(folder.path() / "lumen.vtp") > 1000);
+  CHECK(fs::file_size(folder / "lumen.vtp") > 1000);
 }
 
 TEST_CASE("Errors of an output are reported before packing", "[executable][long]") {
@@ -204,9 +191,9 @@ TEST_CASE("Errors of an output are reported before packing", "[executable][long]
        {"config.xml --hematocrit 0.1", 2, "<report>: expected a file that ends in",
         packing("<report>report.pdf</report>")}});
   for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "lumen.vtp"}) {
-    fs::create_directory(folder.path() / taken);
+    fs::create_directory(folder / taken);
     requireRefused(folder, {{box + "--report report.html --vtp --vtp-meshes --pov", 5,
                              std::string(taken) + ": is not a regular file"}});
-    fs::remove(folder.path() / taken);
+    fs::remove(folder / taken);
   }
 }

@@ -82,7 +82,7 @@ TEST_CASE("A state without a request is not continued") {
 
 TEST_CASE("The cells of a state of version 2 are read, and its run is not continued", "[executable]") {
   const TemporaryFolder folder;
-  const fs::path state = folder.path() / "two.h5";
+  const fs::path state = folder / "two.h5";
   fs::copy(fs::path(test::sourceFolder) / "tests/data/state_version_2.h5", state);
   const StateCells cells = readStateCells(state, Communicator());
   CHECK(cells.cells.size() == 2);
@@ -95,7 +95,7 @@ TEST_CASE("The cells of a state of version 2 are read, and its run is not contin
 TEST_CASE("A state is continued after its folder was moved, and names no place of the program",
           "[executable]") {
   const TemporaryFolder folder;
-  const fs::path case_ = folder.path() / "case";
+  const fs::path case_ = folder / "case";
   fs::create_directory(case_);
   {
     const SampleCase sample;
@@ -109,9 +109,9 @@ TEST_CASE("A state is continued after its folder was moved, and names no place o
   CHECK(state.find(test::programFolder) == std::string::npos);
   CHECK(state.find(case_.string()) == std::string::npos);
   fs::remove(case_ / "RBC.pos");
-  fs::rename(case_, folder.path() / "moved");
+  fs::rename(case_, folder / "moved");
   ok(folder, "--restart moved/s.h5");
-  CHECK(readText(folder.path() / "moved/RBC.pos") == before);
+  CHECK(readText(folder / "moved/RBC.pos") == before);
 }
 
 // Runs that are ended by signals, and go on.
@@ -141,9 +141,7 @@ const char* const checkpoint = "state.checkpoint.h5";
 Undisturbed undisturbed(const std::string& arguments, const std::string& launcher = "") {
   const TemporaryFolder folder;
   const auto start = std::chrono::steady_clock::now();
-  const Ran ran = run(folder.path(), arguments + oftenSaved, "packMesh", launcher);
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
+  withExit(0, runProcess(folder, arguments + oftenSaved, launcher));
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   return {arguments, positions(folder.path()), took.count()};
 }
@@ -172,27 +170,26 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
     REQUIRE(kills < 20 * wanted);
     const TemporaryFolder folder;
     for (int again = 0; again < 6; ++again) {
-      const bool begun = fs::exists(folder.path() / checkpoint);
+      const bool begun = fs::exists(folder / checkpoint);
       saved += begun;
-      if (begun)
-        REQUIRE_NOTHROW(readStateHead(folder.path() / checkpoint));  // without cells: not begun to grow
+      if (begun) REQUIRE_NOTHROW(readStateHead(folder / checkpoint));  // without cells: not begun to grow
       const std::string arguments =
           begun ? std::string("--restart ") + checkpoint : expected.problem + oftenSaved;
       const std::string limit = moments.next();
       const bool last = again == 5;
       const std::string killer =
           "timeout --foreground -s " + signals[again % signals.size()] + " " + limit + " ";
-      const Ran ran = run(folder.path(), arguments, "packMesh", (last ? "" : killer + "env ") + launcher);
+      const Ran ran = runProcess(folder, arguments, (last ? "" : killer + "env ") + launcher);
       CAPTURE(kills, again, limit, ran.exitCode, ran.all());
       if (last) REQUIRE(ran.exitCode == 0);
       if (ran.exitCode == 0 && !last) moments.wasTooLate();
       if (ran.exitCode == 0) break;
       ++kills;
-      if (!fs::exists(folder.path() / checkpoint)) moments.wasTooEarly();
+      if (!fs::exists(folder / checkpoint)) moments.wasTooEarly();
       // What is there is whole: the signal may have come when all was done.
       for (const char* name : {"RBC.pos", "PLT.pos"})
-        if (fs::exists(folder.path() / name))
-          REQUIRE(expected.positions.find(readText(folder.path() / name)) != std::string::npos);
+        if (fs::exists(folder / name))
+          REQUIRE(expected.positions.find(readText(folder / name)) != std::string::npos);
     }
     REQUIRE(positions(folder.path()) == expected.positions);
   }
@@ -201,7 +198,7 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
 }  // namespace
 
 TEST_CASE("A run killed at random times continues to the same files") {
-  requireSameAfterKills(undisturbed("32 32 32 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 24,
+  requireSameAfterKills(undisturbed("20 20 20 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 24,
                         {"TERM", "KILL"});
 }
 
@@ -222,8 +219,8 @@ TEST_CASE("A run continues on a different number of ranks after a signal to all"
     CAPTURE(ranks);
     const TemporaryFolder folder;
     // SIGTERM as soon as there is a state, or to a run that has ended.
-    writeText(folder.path() / "script", onRanks(ranks, 1) + " '" + programFolder + "/packMesh' " + problem +
-                                            R"( --checkpoint-every 0.01 > out 2>&1 &
+    writeText(folder / "script", onRanks(ranks, 1) + " '" + programFolder + "/packMesh' " + problem +
+                                     R"( --checkpoint-every 0.01 > out 2>&1 &
 pid=$!
 while kill -0 $pid 2> /dev/null && [ ! -f state.checkpoint.h5 ]; do sleep 0.02; done
 kill -TERM $pid 2> /dev/null
@@ -231,13 +228,12 @@ wait $pid
 )");
     REQUIRE(std::system(
                 ("cd '" + folder.path().string() + "' && " + awaitingAll() + " bash script").c_str()) != -1);
-    INFO(readText(folder.path() / "out"));
-    const bool ended = fs::exists(folder.path() / "state.h5");
-    REQUIRE((ended || fs::exists(folder.path() / checkpoint)));
-    const Ran second = run(folder.path(), std::string("--restart ") + (ended ? "state.h5" : checkpoint),
-                           "packMesh", onRanks(4 - ranks));
-    INFO(second.all());
-    REQUIRE(second.exitCode == 0);
+    INFO(readText(folder / "out"));
+    const bool ended = fs::exists(folder / "state.h5");
+    REQUIRE((ended || fs::exists(folder / checkpoint)));
+    REQUIRE(
+        runProcess(folder, std::string("--restart ") + (ended ? "state.h5" : checkpoint), onRanks(4 - ranks))
+            .exitCode == 0);
     REQUIRE(positions(folder.path()) == expected);
   }
 }
@@ -265,9 +261,9 @@ TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of th
       CAPTURE(wanted.arguments, runs);
       REQUIRE(runs < 2000);
       const TemporaryFolder folder;
-      writeText(folder.path() / "RBC.pos", before);
-      const Ran ran = run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
-                          "timeout --foreground --preserve-status -s TERM " + moments.next());
+      writeText(folder / "RBC.pos", before);
+      const Ran ran = runProcess(folder, wanted.arguments + " --state s.h5",
+                                 "timeout --foreground --preserve-status -s TERM " + moments.next());
       CAPTURE(ran.exitCode, ran.all());
       if (ran.exitCode == 0) {
         moments.wasTooLate();
@@ -275,8 +271,8 @@ TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of th
       }
       REQUIRE((ran.exitCode == int(ExitCode::interrupted) ||
                (ran.exitCode == 128 + SIGTERM && ran.all().empty())));  // before it knew of signals
-      REQUIRE(readText(folder.path() / "RBC.pos") == before);
-      const fs::path saved = folder.path() / "s.checkpoint.h5";
+      REQUIRE(readText(folder / "RBC.pos") == before);
+      const fs::path saved = folder / "s.checkpoint.h5";
       const bool state = fs::exists(saved);
       if (!state) moments.wasTooEarly();
       if (state) ++seen[readStateHead(saved).stage];
@@ -289,8 +285,7 @@ TEST_CASE("SIGUSR1 saves the state and continues, SIGTERM saves it and prints ho
   const TemporaryFolder folder;
   const std::string program = (fs::path(programFolder) / "packMesh").string();
   // 0.62 takes minutes: it is still at it when the signals come.
-  writeText(folder.path() / "script",
-            "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
+  writeText(folder / "script", "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
 pid=$!
 while kill -0 $pid; do
   sleep 0.1
@@ -303,72 +298,61 @@ wait $pid
 )");
   const int status = std::system(("cd '" + folder.path().string() + "' && bash script").c_str());
   REQUIRE(WIFEXITED(status));
-  REQUIRE(fs::exists(folder.path() / "alive"));
-  REQUIRE_FALSE(fs::exists(folder.path() / "s.h5"));
+  REQUIRE(fs::exists(folder / "alive"));
+  REQUIRE_FALSE(fs::exists(folder / "s.h5"));
   REQUIRE(WEXITSTATUS(status) == int(ExitCode::interrupted));
-  const std::string out = readText(folder.path() / "out");
+  const std::string out = readText(folder / "out");
   REQUIRE_THAT(out, Contains("packMesh --restart s.checkpoint.h5"));
-  REQUIRE(readStateHead(folder.path() / "s.checkpoint.h5").cells > 400);
-  const Ran other = run(folder.path(), "--restart s.h5");
-  CHECK(other.exitCode == int(ExitCode::badInput));
-  CHECK_THAT(other.err,
+  REQUIRE(readStateHead(folder / "s.checkpoint.h5").cells > 400);
+  CHECK_THAT(ended(folder, int(ExitCode::badInput), "--restart s.h5").err,
              Contains("s.h5: no such file; the run has not ended, and is continued from s.checkpoint.h5"));
-  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+  REQUIRE_FALSE(fs::exists(folder / "RBC.pos"));
 }
 
 TEST_CASE("The state of a finished run gives the same files again, and that of a case is in its folder") {
   const SampleCase folder;
-  const fs::path file = folder.path() / "state.h5";
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --checkpoint-every 1000").exitCode == 0);
-  const std::string whole = readText(folder.path() / "RBC.pos");
-  fs::remove(folder.path() / "RBC.pos");
-  const Ran again = run(folder.path(), "--restart=state.h5");
-  INFO(again.all());
-  REQUIRE(again.exitCode == 0);
-  REQUIRE(readText(folder.path() / "RBC.pos") == whole);
+  const fs::path file = folder / "state.h5";
+  ok(folder, "config.xml --hematocrit 0.3 --checkpoint-every 1000");
+  const std::string whole = readText(folder / "RBC.pos");
+  fs::remove(folder / "RBC.pos");
+  const Ran again = ok(folder, "--restart=state.h5");
+  REQUIRE(readText(folder / "RBC.pos") == whole);
   REQUIRE_THAT(again.out, Contains("Continuing from state.h5"));
-
-  const Ran other = run(folder.path(), "config.xml --hematocrit 0.4 --restart state.h5");
-  REQUIRE(other.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(other.err, Contains("another problem"));
-  const Ran missing = run(folder.path(), "--restart nowhere.h5");
-  REQUIRE(missing.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(missing.err, Contains("nowhere.h5: no such file"));
+  REQUIRE_THAT(ended(folder, int(ExitCode::badInput), "config.xml --hematocrit 0.4 --restart state.h5").err,
+               Contains("another problem"));
+  REQUIRE_THAT(ended(folder, int(ExitCode::badInput), "--restart nowhere.h5").err,
+               Contains("nowhere.h5: no such file"));
   writeText(file, "not HDF5");
-  const Ran garbage = run(folder.path(), "--restart state.h5");
-  REQUIRE(garbage.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(garbage.err, Contains("not a packMesh state"));
-  const Ran check = run(folder.path(), "check config.xml --restart state.h5");
-  REQUIRE(check.exitCode == int(ExitCode::usage));
+  REQUIRE_THAT(ended(folder, int(ExitCode::badInput), "--restart state.h5").err,
+               Contains("not a packMesh state"));
+  ended(folder, int(ExitCode::usage), "check config.xml --restart state.h5");
 }
 
 TEST_CASE(
     "A state is written through a symbolic link, and if this fails the run fails after writing its cells") {
   const SampleCase folder;
-  fs::create_directory(folder.path() / "elsewhere");
-  REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);
-  fs::create_symlink("elsewhere/state.h5", folder.path() / "state.h5");
-  REQUIRE(run(folder.path(), "config.xml --rbc 4 --state state.h5").exitCode == 0);
-  CHECK(fs::is_symlink(folder.path() / "state.h5"));
-  CHECK(readStateHead(folder.path() / "elsewhere/state.h5").cells == 4);
-  const Ran ran = run(folder.path(), "config.xml --rbc 5 --state /proc/state.h5");
-  CHECK(ran.exitCode == 5);
-  CHECK_THAT(ran.err, Contains("/proc"));
+  fs::create_directory(folder / "elsewhere");
+  ok(folder, "config.xml --rbc 3 --state elsewhere/state.h5");
+  fs::create_symlink("elsewhere/state.h5", folder / "state.h5");
+  ok(folder, "config.xml --rbc 4 --state state.h5");
+  CHECK(fs::is_symlink(folder / "state.h5"));
+  CHECK(readStateHead(folder / "elsewhere/state.h5").cells == 4);
+  CHECK_THAT(ended(folder, 5, "config.xml --rbc 5 --state /proc/state.h5").err, Contains("/proc"));
 }
 
 TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the next result",
           "[executable]") {
   const TemporaryFolder folder;
-  const fs::path result = folder.path() / "s.h5", saved = folder.path() / "s.checkpoint.h5";
+  const fs::path result = folder / "s.h5", saved = folder / "s.checkpoint.h5";
   ok(folder, "20 20 20 --hematocrit 0.2 --state s.h5");
   CHECK(readStateHead(result).stage == "finished");
   CHECK(readStateHead(result).files.size() == 2);
   CHECK_FALSE(fs::exists(saved));
   const std::string before = readText(result) + positions(folder.path());
-  const Ran failed = run(folder.path(), "20 20 20 --hematocrit 0.45 --max-iterations 5 --state s.h5");
-  INFO(failed.all());
-  CHECK(failed.exitCode == int(ExitCode::outOfReach));
-  CHECK_THAT(failed.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
+  CHECK_THAT(
+      ended(folder, int(ExitCode::outOfReach), "20 20 20 --hematocrit 0.45 --max-iterations 5 --state s.h5")
+          .out,
+      Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
   CHECK((readText(result) + positions(folder.path()) == before));
   CHECK(readStateHead(saved).stage != "finished");
   // A run of something else leaves the checkpoint alone; the run that continues it removes it.
@@ -380,8 +364,7 @@ TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the 
   CHECK_FALSE(fs::exists(saved));
   CHECK((positions(folder.path()) != second));
   CHECK(readStateHead(result).stage == "finished");
-  const Ran named = run(folder.path(), "20 20 20 --rbc 2 --state a.checkpoint.h5");
-  CHECK(named.exitCode == int(ExitCode::cannotWrite));
+  const Ran named = ended(folder, int(ExitCode::cannotWrite), "20 20 20 --rbc 2 --state a.checkpoint.h5");
   CHECK_THAT(
       named.err,
       Contains("is the name of a checkpoint; the state of the result needs another one, such as a.h5"));
@@ -389,13 +372,13 @@ TEST_CASE("A result stays when a later run fails, whose checkpoint leads to the 
 
 TEST_CASE("Files of the result before that are not replaced are renamed", "[executable]") {
   const TemporaryFolder folder;
-  const fs::path platelets = folder.path() / "PLT.pos";
+  const fs::path platelets = folder / "PLT.pos";
   ok(folder, "20 20 20 --rbc 4 --plt 3 --state s.h5");
   const std::string before = readText(platelets);
-  const Ran ran = ok(folder, "20 20 20 --rbc 5 --state s.h5");
-  CHECK_THAT(ran.err, Contains("PLT.pos is of an earlier packing: renamed to ./PLT.pos.old"));
+  CHECK_THAT(ok(folder, "20 20 20 --rbc 5 --state s.h5").err,
+             Contains("PLT.pos is of an earlier packing: renamed to ./PLT.pos.old"));
   CHECK_FALSE(fs::exists(platelets));
-  CHECK((readText(folder.path() / "PLT.pos.old") == before));
+  CHECK((readText(folder / "PLT.pos.old") == before));
   // Of a species that now has no cells; a file without cells, as the plug-in leaves it, stays.
   writeText(platelets, before);
   ok(folder, "20 20 20 --rbc 5 --plt 0");
@@ -410,44 +393,40 @@ TEST_CASE("check notices files of two runs beside a state", "[executable]") {
   ok(folder, "20 20 20 --rbc 4 --plt 3 --output-dir other --seed 2");
   ok(folder, "20 20 20 --rbc 4 --plt 3 --state s.h5");
   CHECK_THAT(ok(folder, "check --box 20 20 20").err, !Contains("two runs"));
-  fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos",
-                fs::copy_options::overwrite_existing);
-  CHECK_THAT(run(folder.path(), "check --box 20 20 20").err,
+  fs::copy_file(folder / "other/RBC.pos", folder / "RBC.pos", fs::copy_options::overwrite_existing);
+  CHECK_THAT(run(folder, "check --box 20 20 20").err,
              Contains("files of two runs: PLT.pos was written together with ./s.h5, RBC.pos not"));
 }
 
 TEST_CASE("The folder of a state is created") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  REQUIRE(ran.err.empty());
-  REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
+  REQUIRE(ok(folder, "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b").err.empty());
+  REQUIRE(readStateHead(folder / "a/b/state.h5").cells > 10);
 }
 
 TEST_CASE("A file that is not a state is not overwritten, which is reported before work begins", "[ranks]") {
   const SampleCase folder;
-  const std::string config = readText(folder.path() / "config.xml");
-  fs::create_directory(folder.path() / "folder.h5");
-  REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  const std::string config = readText(folder / "config.xml");
+  fs::create_directory(folder / "folder.h5");
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
   for (const char* name : {"config.xml", "folder.h5", "pipe", "RBC.pos", "cells.pov"}) {
     requireRefused(folder, {{std::string("config.xml --hematocrit 0.3 --state ") + name,
                              int(ExitCode::cannotWrite), name}});
   }
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --state folder.h5", "packMesh", onRanks(2));
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == int(ExitCode::cannotWrite));
-  REQUIRE_THAT(ran.err, Contains("folder.h5"));
-  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
-  REQUIRE(readText(folder.path() / "config.xml") == config);
+  REQUIRE_THAT(withExit(int(ExitCode::cannotWrite),
+                        runProcess(folder, "config.xml --hematocrit 0.3 --state folder.h5", onRanks(2)))
+                   .err,
+               Contains("folder.h5"));
+  REQUIRE_FALSE(fs::exists(folder / "RBC.pos"));
+  REQUIRE(readText(folder / "config.xml") == config);
   // An older state gives way.
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --state s.h5").exitCode == 0);
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
+  ok(folder, "config.xml --hematocrit 0.2 --state s.h5");
+  ok(folder, "config.xml --hematocrit 0.3 --state s.h5");
 }
 
 TEST_CASE("Invalid checkpoints and restarts are reported on several ranks, too", "[ranks]") {
   const TemporaryFolder folder;
-  writeText(folder.path() / "state.h5", "not HDF5");
+  writeText(folder / "state.h5", "not HDF5");
   const std::string box = "30 30 30 --hematocrit 0.2 --restart state.h5", none = "not a packMesh state";
   requireRefused(folder, {{"--restart state.h5", 2, none},
                           {"--restart nowhere.h5", 2, "no such file"},
@@ -455,7 +434,7 @@ TEST_CASE("Invalid checkpoints and restarts are reported on several ranks, too",
                           {"30 30 30 --checkpoint-every 0", 1, "'--checkpoint-every'"},
                           {"--restart", 1, "--restart"}});
   for (const std::string& arguments : {std::string("--restart state.h5"), box}) {
-    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
+    const Ran ran = runProcess(folder, arguments, onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));
     REQUIRE_THAT(ran.all(), Contains(none));

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;

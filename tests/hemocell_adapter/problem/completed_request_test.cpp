@@ -37,7 +37,7 @@ PlannedSpecies speciesOf(const std::string& cpp, const std::string& packing = ""
                          std::vector<std::string> options = {"--rbc", "3", "--plt", "1"}) {
   const SampleCase folder(packing);
   writeCode(folder.path(), cpp);
-  options.insert(options.begin(), (folder.path() / "config.xml").string());
+  options.insert(options.begin(), (folder / "config.xml").string());
   const CompletedRequest completed = requestToPack(parseCommandLine("packMesh", options).request);
   PlannedSpecies species{{}, completed.warnings};
   species.plans = plansToPack(completed.request, completed.simulation.get(), species.warnings);
@@ -68,11 +68,11 @@ const std::string sliceCode =
 /// A case with a pre-inlet and this C++ file.
 CompletedRequest inletOf(const std::string& cpp, const std::vector<std::string>& options = {}) {
   const SampleCase folder;
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             "<hemocell><preInlet><parameters><lengthN> 40 </lengthN></parameters></preInlet><domain>" +
                 sampleDomain + "</domain></hemocell>");
   writeCode(folder.path(), cpp.empty() ? "" : code(cpp));
-  std::vector<std::string> words = {(folder.path() / "config.xml").string(), "--rbc", "3"};
+  std::vector<std::string> words = {(folder / "config.xml").string(), "--rbc", "3"};
   words.insert(words.end(), options.begin(), options.end());
   return requestToPack(parseCommandLine("packMesh", words).request);
 }
@@ -184,51 +184,44 @@ TEST_CASE("A pre-inlet that cannot be determined is rejected, and the calls are 
 TEST_CASE("A case whose C++ code keeps cells from the wall is packed and checked accordingly",
           "[executable]") {
   const SampleCase folder;
-  writeText(folder.path() / "case.cpp", code(distance("\"RBC\", 1")));
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  writeText(folder / "case.cpp", code(distance("\"RBC\", 1")));
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.2");
   CHECK(packed.err.empty());
   CHECK_THAT(packed.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n") &&
                              Contains("PLT: minimum distance from solid 0 µm (not set in case.cpp)\n"));
-  const Ran checked = run(folder.path(), "check config.xml");
-  CHECK(checked.exitCode == 0);
-  CHECK_THAT(checked.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n"));
+  CHECK_THAT(ok(folder, "check config.xml").out,
+             Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n"));
   // Packed without knowing it, HemoCell deletes cells, and check says so.
-  fs::rename(folder.path() / "case.cpp", folder.path() / "case.txt");
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --wall-clearance 0").exitCode == 0);
-  fs::rename(folder.path() / "case.txt", folder.path() / "case.cpp");
-  const Ran deleted = run(folder.path(), "check config.xml");
-  CHECK(deleted.exitCode == 4);
-  CHECK_THAT(deleted.out, Contains("closer than 1 µm to a solid node"));
+  fs::rename(folder / "case.cpp", folder / "case.txt");
+  ok(folder, "config.xml --hematocrit 0.3 --wall-clearance 0");
+  fs::rename(folder / "case.txt", folder / "case.cpp");
+  CHECK_THAT(ended(folder, 4, "check config.xml").out, Contains("closer than 1 µm to a solid node"));
 }
 
 TEST_CASE("A request for a cell without a file lists the available cells", "[executable]") {
   const SampleCase folder;
-  fs::rename(folder.path() / "RBC.xml", folder.path() / "RBC_HO.xml");
-  const Refusal ran = refused(folder.path(), "config.xml --hematocrit 0.2");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.message, Contains("RBC.xml: no such file") &&
-                              Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
-                              Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
+  fs::rename(folder / "RBC.xml", folder / "RBC_HO.xml");
+  CHECK_THAT(ended(folder, 2, "config.xml --hematocrit 0.2").err,
+             Contains("RBC.xml: no such file") &&
+                 Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
+                 Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }
 
 TEST_CASE("A misspelled cell is asked about, but not one that HemoCell has", "[species]") {
   const SampleCase folder("<packing><species name=\"RCB\"/></packing>");
-  CHECK_THAT(refused(folder.path(), "config.xml --hematocrit 0.2").message,
+  CHECK_THAT(run(folder, "config.xml --hematocrit 0.2").err,
              Contains("config.xml: how many 'RCB' (did you mean 'RBC'?)? Give it a count or a ratio"));
   const SampleCase counted("<packing><species name=\"RCB\" count=\"2\"/></packing>");
-  CHECK_THAT(refused(counted.path(), "config.xml").message,
+  CHECK_THAT(run(counted, "config.xml").err,
              Contains("RCB.xml: no such file") && Contains("the cell 'RCB' (did you mean 'RBC'?)"));
-  CHECK_THAT(refused(folder.path(), "config.xml --rbc 2 --wbc 2").message, !Contains("did you mean 'WBC'"));
+  CHECK_THAT(run(folder, "config.xml --rbc 2 --wbc 2").err, !Contains("did you mean 'WBC'"));
 }
 
 TEST_CASE("Walls and periodic axes of the code that are not read are named", "[code_facts]") {
   const SampleCase folder("<packing> <species name=\"RBC\" count=\"3\"/> </packing>");
   const auto said = [&](const std::string& statements, const std::string& options = "") {
     writeCode(folder.path(), code(statements));
-    const Ran ran = run(folder.path(), "config.xml --dry-run " + options);
-    CHECK(ran.exitCode == 0);
+    const Ran ran = ok(folder, "config.xml --dry-run " + options);
     return ran.err;
   };
   const std::string plate =
@@ -256,9 +249,8 @@ TEST_CASE("Walls and periodic axes of the code that are not read are named", "[c
       said("  hemocell.setSystemPeriodicity(axis, true);\n"),
       Contains("case.cpp:3: setSystemPeriodicity(axis, true): which axis this is cannot be determined") &&
           Contains("assumed to be that of tube.stl") && Contains("packmesh::loadParticles()"));
-  writeText(folder.path() / "config.xml",
-            configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
-                      "<packing> <species name=\"RBC\" count=\"3\"/> </packing>"));
+  writeText(folder / "config.xml", configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
+                                             "<packing> <species name=\"RBC\" count=\"3\"/> </packing>"));
   const std::string channel = plate + "  hemocell.setSystemPeriodicity(2, true);\n";
   CHECK(said(channel, "--walls y").empty());
   CHECK_THAT(said(channel, "--walls yz"),

@@ -81,15 +81,15 @@ TEST_CASE("A discharge hematocrit packs the hematocrit of the tube", "[executabl
   CHECK_THAT(ran.out,
              Contains("Discharge hematocrit 0.3: hematocrit 0.2043 in the lumen, 25 µm in diameter"));
   CHECK_THAT(ran.out, Contains("RBC: 49 (by hematocrit)"));
-  const auto report = readText(folder.path() / "r.json");
+  const auto report = readText(folder / "r.json");
   CHECK_THAT(report, Contains("\"dischargeHematocrit\": 0.3"));
   SampleCase config(
       "<packing> <dischargeHematocrit> 0.2 </dischargeHematocrit> <species name=\"RBC\"/> </packing>");
   CHECK_THAT(ok(config, "config.xml").out, Contains("Discharge hematocrit 0.2: hematocrit 0.1"));
   CHECK_THAT(ok(config, "config.xml --hematocrit 0.1").out,
              Contains("Requested hematocrit: 0.1 of the lumen"));
-  const Ran narrow = run(folder.path(), "--cylinder x 2.4 20 --discharge-hematocrit 0.3 --dry-run");
-  CHECK(narrow.exitCode == 3);  // no red cell fits
+  const Ran narrow =
+      ended(folder, 3, "--cylinder x 2.4 20 --discharge-hematocrit 0.3 --dry-run");  // no red cell fits
   CHECK_THAT(narrow.all(), Contains("outside of the 5 to 500 µm"));
 }
 
@@ -102,5 +102,5 @@ TEST_CASE("A discharge hematocrit that means nothing is refused", "[profile]") {
                   {"--cylinder x 10 30 --discharge-hematocrit 0.3 --rbc 5 --plt 3", 1, ""}});
   SampleCase both(
       "<packing> <hematocrit> 0.2 </hematocrit> <dischargeHematocrit> 0.2 </dischargeHematocrit> </packing>");
-  CHECK_THAT(refused(both.path(), "config.xml").message, Contains("<hematocrit> and <dischargeHematocrit>"));
+  CHECK_THAT(run(both, "config.xml").err, Contains("<hematocrit> and <dischargeHematocrit>"));
 }

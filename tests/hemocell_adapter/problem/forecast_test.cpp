@@ -6,7 +6,6 @@
 #include <regex>
 
 #include "hemocell_adapter/session/ladder.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/write_mesh.h"
 #include "tests/support/catch.h"
@@ -152,7 +151,7 @@ TEST_CASE("What walls or images order is uncertain, and few cells may be denser"
 
 TEST_CASE("A forecast accounts for places that no cell can enter", "[forecast]") {
   const TemporaryFolder folder;
-  const std::string file = (folder.path() / "chambers.stl").string();
+  const std::string file = (folder / "chambers.stl").string();
   writeMesh(file, twoChambers()->surface());
   const auto said = [&](const char* red) {
     std::string all;
@@ -167,10 +166,8 @@ TEST_CASE("A forecast accounts for places that no cell can enter", "[forecast]")
 
 TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid nodes", "[executable]") {
   const SampleCase folder;
-  const Ran near = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
-  CHECK_THAT(near.out, Contains("Feasible"));
-  const Ran far =
-      run(folder.path(), "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
+  CHECK_THAT(run(folder, "config.xml --hematocrit 0.3 --dry-run").out, Contains("Feasible"));
+  const Ran far = run(folder, "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
   INFO(far.all());
   CHECK_THAT(far.out, Contains("RBC can reach ") && Contains("Probably infeasible"));
 }
@@ -179,8 +176,8 @@ TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[
   const SampleCase folder;
   // The lattice is longer than the STL by three nodes of 0.5 µm, in which there are cells as well.
   constexpr double length = 24.0, continuation = 1.5;
-  const Problem problem = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.3",
-                                   "--plt_ratio", "0", "--wall-clearance", "0", "--clearance", "0"});
+  const Problem problem = planned({(folder / "config.xml").string(), "--hematocrit", "0.3", "--plt_ratio",
+                                   "0", "--wall-clearance", "0", "--clearance", "0"});
   const double stl = problem.lumen.container->volume();
   REQUIRE(problem.lumen.container->bounds().size().x() == Approx(length + continuation));
   const Forecast f = forecastOf(problem);
@@ -188,8 +185,8 @@ TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[
   CHECK(f.roomVolumes.at(0) == Approx(share * stl * (length + continuation) / length).epsilon(0.01));
   CHECK(f.fraction * stl < f.effectiveFraction * f.roomVolumes[0]);
   // What is printed is of the lumen without them: share, volumes and hematocrit belong together.
-  const Problem layered = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.1",
-                                   "--plt_ratio", "0", "--cell-free-layer", "2"});
+  const Problem layered = planned({(folder / "config.xml").string(), "--hematocrit", "0.1", "--plt_ratio",
+                                   "0", "--cell-free-layer", "2"});
   LumenSample sample(layered);
   const std::string said = reachLines(layered, sample).front();
   INFO(said);
@@ -243,59 +240,50 @@ TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time
 TEST_CASE("A dry run of what no method can pack has the exit code of what cannot be packed", "[executable]") {
   const TemporaryFolder folder;
   const std::string none = "--cylinder x 12.5 50 --hematocrit 0.004 --cell-free-layer 10";
-  const Ran never = run(folder.path(), none + " --dry-run");
-  CHECK(never.exitCode == 3);
-  CHECK_THAT(never.out, Contains("Infeasible: not even one RBC fits"));
-  CHECK(run(folder.path(), none + " --max-iterations 50").exitCode == 3);
-  const Ran dense = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run");
-  CHECK(dense.exitCode == 3);
-  CHECK_THAT(dense.err, Contains("beyond 0.7707 is known"));
-  CHECK(run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.8 --dry-run --best-effort").exitCode ==
-        0);
+  CHECK_THAT(ended(folder, 3, none + " --dry-run").out, Contains("Infeasible: not even one RBC fits"));
+  ended(folder, 3, none + " --max-iterations 50");
+  CHECK_THAT(ended(folder, 3, "30 30 30 --ends periodic --hematocrit 0.8 --dry-run").err,
+             Contains("beyond 0.7707 is known"));
+  CHECK(run(folder, "30 30 30 --ends periodic --hematocrit 0.8 --dry-run --best-effort").exitCode == 0);
 }
 
 TEST_CASE("Soft cells are forecast where undeformed ones cannot be packed", "[executable]") {
   const TemporaryFolder folder;
   const std::string dense = "30 30 30 --ends periodic --hematocrit 0.8 --soft --threads 1 --dry-run";
-  Ran ran = run(folder.path(), dense);
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  Ran ran = ok(folder, dense);
   CHECK_THAT(ran.out, Contains("cells will be soft") &&
                           Contains("Time: 3 s to 29 s of CPU; soft cells usually take 0.01 to 0.1 s each") &&
                           Contains("Memory: about 63 MB for each rank"));
-  ran = run(folder.path(), dense + " --rigid RBC");  // platelets alone deform
+  ran = run(folder, dense + " --rigid RBC");  // platelets alone deform
   CHECK_THAT(ran.out, !Contains("Memory: about 63 MB"));
-  ran = run(folder.path(), dense + " --tile 2 1 1");
+  ran = run(folder, dense + " --tile 2 1 1");
   CHECK_THAT(ran.out, Contains("Then repeated 2 x 1 x 1 times: 570 cells, about 101 MB in all"));
-  ran = run(folder.path(), "30 30 30 --ends periodic --hematocrit 0.3 --soft --dry-run");
+  ran = run(folder, "30 30 30 --ends periodic --hematocrit 0.3 --soft --dry-run");
   CHECK_THAT(ran.out, Contains("Feasible") && Contains("Memory: about 25 MB for each rank"));
   // On the threads that are given, and in units that can be read.
-  ran = run(folder.path(), "150 150 150 --ends periodic --hematocrit 0.8 --soft --threads 64 --dry-run");
+  ran = run(folder, "150 150 150 --ends periodic --hematocrit 0.8 --soft --threads 64 --dry-run");
   CHECK_THAT(ran.out, Contains("s of CPU, 7 s to ") && Contains(" on 64 threads; soft cells") &&
                           Contains("Memory: about 4.76 GB for each rank"));
-  ran = run(folder.path(), "150 150 150 --ends periodic --hematocrit 0.45 --threads 4 --dry-run");
+  ran = run(folder, "150 150 150 --ends periodic --hematocrit 0.45 --threads 4 --dry-run");
   CHECK_THAT(ran.out, Contains("Time: about 2 s of CPU, less than a second on 4 threads, on a core at"));
 }
 
 TEST_CASE("A dry run and a validation write no files", "[executable]") {
   const SampleCase folder;
-  Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  Ran ran = ok(folder, "config.xml --hematocrit 0.3 --dry-run");
   CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Feasible") && Contains("Memory: about") &&
                           Contains("nothing was packed or written") &&
                           !Contains("Not included in these figures"));
-  fs::create_directory(folder.path() / "there");
-  writeText(folder.path() / "there/RBC.pos", "1\n6 8 8 0 0 0\n");
-  ran = run(folder.path(),
-            "config.xml --rbc 5 --fixed there/RBC.pos --orient RBC 1 0 0 30 --dry-run --report r.json");
+  fs::create_directory(folder / "there");
+  writeText(folder / "there/RBC.pos", "1\n6 8 8 0 0 0\n");
+  ran =
+      run(folder, "config.xml --rbc 5 --fixed there/RBC.pos --orient RBC 1 0 0 30 --dry-run --report r.json");
   INFO(ran.all());
   CHECK_THAT(
       ran.out,
       Contains("Not included in these figures: 1 fixed cell, constrained orientations; packing then "));
-  CHECK_FALSE(fs::exists(folder.path() / "r.json"));
-  ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
-  CHECK(ran.exitCode == 0);
+  CHECK_FALSE(fs::exists(folder / "r.json"));
+  ran = ok(folder, "config.xml --hematocrit 0.3 --validate");
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
   for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
 }
@@ -306,16 +294,16 @@ TEST_CASE("The manual page and the completion contain every option", "[executabl
   for (const char* option : {"hematocrit", "fixed", "dry\\-run", "checkpoint\\-every"})
     CHECK_THAT(man, Contains(std::string("\\-\\-") + option));
   const TemporaryFolder folder;
-  writeText(folder.path() / "completion", completion);
-  writeText(folder.path() / "config.xml", "");
-  writeText(folder.path() / "other.txt", "");
+  writeText(folder / "completion", completion);
+  writeText(folder / "config.xml", "");
+  writeText(folder / "other.txt", "");
   const auto completed = [&](const std::string& words, int position) {
-    const std::string out = (folder.path() / "out").string();
+    const std::string out = (folder / "out").string();
     const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" +
                                words + ") && COMP_CWORD=" + std::to_string(position) +
                                " && { _packMesh || true; } && echo \"${COMPREPLY[@]}\" > '" + out + "'";
-    writeText(folder.path() / "script", script);
-    CHECK(std::system(("bash '" + (folder.path() / "script").string() + "'").c_str()) == 0);
+    writeText(folder / "script", script);
+    CHECK(std::system(("bash '" + (folder / "script").string() + "'").c_str()) == 0);
     return readText(out);
   };
   CHECK(completed("packMesh --hema", 1) == "--hematocrit\n");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 
 #include "hemocell_adapter/problem/make_lumen.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
@@ -16,7 +15,7 @@ std::string saidOf(const std::string& obstacle) {
   const SampleCase folder(
       "<packing><container><box origin=\"0.5 0.5 0.5\" size=\"30 20 20\"/><obstacles>" + obstacle +
       "</obstacles><nodes>63 43 43</nodes></container><species name=\"RBC\" count=\"3\"/></packing>");
-  return unseenWallWarning(planned({(folder.path() / "config.xml").string()}).lumen).value_or("");
+  return unseenWallWarning(planned({(folder / "config.xml").string()}).lumen).value_or("");
 }
 
 }  // namespace
@@ -39,7 +38,7 @@ TEST_CASE("The run and the check say it", "[executable][unseen]") {
       "<packing><container><box origin=\"0.5 0.5 0.5\" size=\"30 20 20\"/><obstacles>"
       "<box origin=\"-1 10.1 -1\" size=\"40 0.3 40\"/></obstacles><nodes>63 43 43</nodes>"
       "</container><species name=\"RBC\" count=\"3\"/></packing>");
-  std::filesystem::remove(folder.path() / "tube.stl");
+  std::filesystem::remove(folder / "tube.stl");
   CHECK_THAT(ok(folder, "config.xml").err, Contains("HemoCell does not see it"));
   CHECK_THAT(ok(folder, "check config.xml").err, Contains("HemoCell does not see it"));
 }
@@ -47,8 +46,8 @@ TEST_CASE("The run and the check say it", "[executable][unseen]") {
 TEST_CASE("A case that changes the size of its vessel says so", "[executable]") {
   const SampleCase folder("<packing><species name=\"RBC\" count=\"1\"/></packing>");
   const auto scale = [&](double length, double radius) {
-    writeText(folder.path() / "tube.stl", tubeStl(length, radius, 48));
-    return planned({(folder.path() / "config.xml").string()}).lumen.scale;
+    writeText(folder / "tube.stl", tubeStl(length, radius, 48));
+    return planned({(folder / "config.xml").string()}).lumen.scale;
   };
   CHECK(scale(65.0, 41.0) ==
         "0.1829 µm per unit of tube.stl: <refDirN> 30 makes its y extent 15 µm, which is 82 in the file (if "
@@ -64,11 +63,11 @@ TEST_CASE("<nodes> gives the lattice, and it is told where <domain> has another 
   const SampleCase folder;
   const auto lumenOf = [&](const std::string& domain) {
     writeText(
-        folder.path() / "config.xml",
+        folder / "config.xml",
         configXml(
             "<dx> 5e-7 </dx>" + domain,
             "<packing><container><sphere radius=\"12\"/><nodes> 50 50 50 </nodes></container></packing>"));
-    return planned({(folder.path() / "config.xml").string(), "--rbc", "3"}).lumen;
+    return planned({(folder / "config.xml").string(), "--rbc", "3"}).lumen;
   };
   for (const char* const domain : {"", "<refDirN> 50 </refDirN>", "<refDirN> 80 </refDirN>"}) {
     CAPTURE(domain);

@@ -10,7 +10,6 @@
 #include "hemocell_adapter/session/session.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
@@ -48,7 +47,7 @@ TEST_CASE("The rest beside regions has the hematocrit that follows from a discha
       "<packing> <ends> periodic </ends> <dischargeHematocrit> 0.3 </dischargeHematocrit> "
       "<species name=\"RBC\"/> <region hematocrit=\"0.1\"> <box origin=\"0 0 0\" size=\"12 30 30\"/> "
       "</region> </packing>");
-  const Problem problem = planned({(folder.path() / "config.xml").string()});
+  const Problem problem = planned({(folder / "config.xml").string()});
   REQUIRE(problem.layout.regions.size() == 2);
   CHECK(problem.layout.regions.front().hematocrit == 0.1);
   CHECK(problem.layout.regions.back().hematocrit == problem.hematocrit);

@@ -4,11 +4,12 @@
 
 #include "hemocell_adapter/problem/counts.h"
 #include "packMesh/core/error.h"
-#include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+using namespace packmesh::test;
 
 namespace {
 

@@ -13,11 +13,11 @@ TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles ove
   // on it.
   const SampleCase folder;
   // A wedge with a slanted face through nodes: i - 4 + j - 4 <= 8, from (4, 4) on.
-  writeText(folder.path() / "wedge.off",
+  writeText(folder / "wedge.off",
             "OFF\n6 8 0\n2 2 -1\n6 2 -1\n2 6 -1\n2 2 21\n6 2 21\n2 6 21\n3 0 2 1\n3 3 4 5\n3 0 1 4\n3 0 4 "
             "3\n3 1 2 5\n"
             "3 1 5 4\n3 2 0 3\n3 2 3 5\n");
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             configXml("<dx> 5e-7 </dx> <nx> 40 </nx> <ny> 40 </ny> <nz> 40 </nz>",
                       "<packing> <walls> none </walls> <container> <obstacles>\n"
                       "<cylinder axis=\"z\" radius=\"5\" length=\"30\" center=\"10 10 10\"/>\n"
@@ -35,10 +35,8 @@ TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles ove
                            (i >= 4 && j >= 4 && i + j <= 16);
         fluid += !solid;
       }
-  const Ran ran = run(folder.path(), "config.xml --rbc 2 --plt 2");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
+  const Ran ran = ok(folder, "config.xml --rbc 2 --plt 2");
   CHECK_THAT(ran.out, Contains(fmt::format("({} of 40 x 40 x 40 at dx 0.5 µm)", fluid)));
   CHECK_THAT(ran.out, Contains("4 obstacles") && Contains("HemoCell keeps 4 of 4 cells"));
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  ok(folder, "check config.xml");
 }

@@ -4,7 +4,6 @@
 #include "hemocell_adapter/problem/plan.h"
 #include "hemocell_adapter/base/messages.h"
 
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
@@ -42,7 +41,7 @@ double numberAfter(const std::string& text, const std::string& words) {
 
 TEST_CASE("Automatic clearances are proportional to the lattice spacing", "[clearances]") {
   const SampleCase folder;
-  const std::string config = (folder.path() / "config.xml").string();
+  const std::string config = (folder / "config.xml").string();
   const auto pipe = levelsOf({config, "--hematocrit", "0.3"});
   CHECK(pipe.front().membranes == Approx(0.05));
   CHECK(pipe.front().wall == Approx(0.5));
@@ -94,12 +93,10 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
   CHECK(planFor(box).rungs.front().most == 100);
 
   const TemporaryFolder folder;
-  const Ran grown = run(folder.path(), "25 25 25 --hematocrit 0.2 --method cat");
-  INFO(grown.all());
-  REQUIRE(grown.exitCode == 0);
+  const Ran grown = ok(folder, "25 25 25 --hematocrit 0.2 --method cat");
   CHECK_THAT(grown.out, Contains("Clearance kept: 0.05 µm between membranes, 0.025 µm to the wall"));
   CHECK(numberAfter(grown.out, "minimum gap ") >= 0.05);
-  CHECK(run(folder.path(), "check --box 25 25 25 --clearance 0.05").exitCode == 0);
+  ok(folder, "check --box 25 25 25 --clearance 0.05");
 }
 
 TEST_CASE("Clearances are tried one after another, the last ones without limits of their own",
@@ -186,27 +183,21 @@ TEST_CASE("The largest clearance is looked for to two per cent", "[clearances]")
 
 TEST_CASE("A box is packed with cells that HemoCell keeps, and with clearance between them", "[clearances]") {
   const TemporaryFolder folder;
-  const Ran packed = run(folder.path(), "25 25 25 --hematocrit 0.3");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, "25 25 25 --hematocrit 0.3");
   CHECK_THAT(packed.out, Contains("HemoCell keeps 62 of 62 cells"));
   CHECK_THAT(packed.out, Contains("Clearance kept: 0.05 µm between membranes, 0.025 µm to the wall"));
   CHECK(numberAfter(packed.out, "minimum gap ") >= 0.05);
   CHECK_THAT(packed.all(), !Contains("HemoCell would keep"));
-  const Ran checked = run(folder.path(), "check --box 25 25 25 --clearance 0.05");
-  INFO(checked.all());
-  CHECK(checked.exitCode == 0);
+  ok(folder, "check --box 25 25 25 --clearance 0.05");
 }
 
 TEST_CASE("A periodic box gives a warning about the cells that HemoCell would keep", "[clearances]") {
   const TemporaryFolder folder;
   for (const char* program : {"packMesh", "packCells"}) {
-    const Ran packed = run(folder.path(),
-                           std::string("25 25 25 --hematocrit 0.3") +
-                               (std::string(program) == "packMesh" ? " --ends periodic" : ""),
-                           program);
-    INFO(packed.all());
-    REQUIRE(packed.exitCode == 0);
+    const Ran packed = ended(folder, 0,
+                             std::string("25 25 25 --hematocrit 0.3") +
+                                 (std::string(program) == "packMesh" ? " --ends periodic" : ""),
+                             program);
     CHECK_THAT(packed.out, Contains("periodic box"));
     CHECK_THAT(packed.err, Contains("HemoCell would keep") && Contains("a hematocrit of 0."));
   }
@@ -215,39 +206,29 @@ TEST_CASE("A periodic box gives a warning about the cells that HemoCell would ke
 TEST_CASE("The automatic clearance is reduced at high hematocrit, requested ones are not", "[clearances]") {
   const TemporaryFolder folder;
   const std::string dense = "24 24 24 --hematocrit 0.585 --plt_ratio 0 --ends periodic ";
-  const Ran packed = run(folder.path(), dense);
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, dense);
   CHECK(numberAfter(packed.out, "minimum gap ") < 0.05);
-  const Ran demanded = run(folder.path(), dense + "--clearance 0.3 --max-iterations 50");
-  CHECK(demanded.exitCode == 3);
+  ended(folder, 3, dense + "--clearance 0.3 --max-iterations 50");
 }
 
 TEST_CASE("A run that tried an automatic clearance in vain reports this", "[clearances][long]") {
   const TemporaryFolder folder;
   const std::string dense = "24 24 24 --hematocrit 0.605 --plt_ratio 0 --ends periodic ";
-  const Ran packed = run(folder.path(), dense);
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
-  CHECK_THAT(packed.out, Contains("Clearance kept: none beyond the minimum gaps above\n"));
-  CHECK_THAT(run(folder.path(), "24 24 24 --rbc 9 --clearance 0 --wall-clearance 0").out,
+  CHECK_THAT(ok(folder, dense).out, Contains("Clearance kept: none beyond the minimum gaps above\n"));
+  CHECK_THAT(run(folder, "24 24 24 --rbc 9 --clearance 0 --wall-clearance 0").out,
              !Contains("Clearance kept"));
-  CHECK_THAT(run(folder.path(), "24 24 24 --rbc 9", "packCells").out, !Contains("Clearance kept"));
+  CHECK_THAT(run(folder, "24 24 24 --rbc 9", "packCells").out, !Contains("Clearance kept"));
 }
 
 TEST_CASE("The largest clearance can be requested", "[clearances]") {
   const TemporaryFolder folder;
-  const Ran packed = run(folder.path(), "20 20 20 --rbc 12 --clearance max");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, "20 20 20 --rbc 12 --clearance max");
   CHECK(numberAfter(packed.out, "Clearance kept: ") > 0.2);
 }
 
 TEST_CASE("The requested clearances are kept between cells and to the wall", "[executable]") {
   const SampleCase folder;
-  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.25 --clearance 0.1 --wall-clearance 0.4");
-  INFO(packed.all());
-  REQUIRE(packed.exitCode == 0);
+  const Ran packed = ok(folder, "config.xml --hematocrit 0.25 --clearance 0.1 --wall-clearance 0.4");
   const auto gapAfter = [](const std::string& text, const std::string& words) {
     const std::size_t at = text.find(words);
     REQUIRE(at != text.npos);
@@ -257,9 +238,7 @@ TEST_CASE("The requested clearances are kept between cells and to the wall", "[e
   CHECK(gapAfter(packed.out, "to the wall ") >= 0.4);
   CHECK(gapAfter(packed.out, "to the wall ") < 0.6);
 
-  const Ran checked = run(folder.path(), "check config.xml");
-  INFO(checked.all());
-  CHECK(checked.exitCode == 0);
+  const Ran checked = ok(folder, "check config.xml");
   CHECK(gapAfter(checked.out, "Minimum gap to the wall: ") == gapAfter(packed.out, "to the wall "));
 }
 
@@ -268,8 +247,6 @@ TEST_CASE("A cell that fits only without the automatic clearance is packed by ei
   const TemporaryFolder folder;
   for (const char* method : {"relaxation", "cat"}) {
     if (method == std::string("cat") && !hasCat()) continue;
-    const Ran ran = run(folder.path(), std::string("--cylinder x 1.4 6 --plt 1 --method ") + method);
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
+    ok(folder, std::string("--cylinder x 1.4 6 --plt 1 --method ") + method);
   }
 }

@@ -7,7 +7,6 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "packMesh/core/error.h"
-#include "tests/hemocell_adapter/planned_problem.h"
 #include "tests/hemocell_adapter/refusal.h"
 #include "tests/support/catch.h"
 
@@ -18,7 +17,7 @@ using namespace packmesh::test;
 namespace {
 
 nlohmann::json reportOf(const TemporaryFolder& folder) {
-  return nlohmann::json::parse(readText(folder.path() / "r.json"));
+  return readJson(folder / "r.json");
 }
 
 /// Volume of the lumen in layers whose volume fraction of a species differs from the one asked for, weighted
@@ -45,8 +44,8 @@ TEST_CASE("A table of concentrations is read, with blanks or commas", "[profile]
   TemporaryFolder folder;
   for (const char* text : {"# core\ndistance RBC PLT\n0 0 3 # wall\n\n2 0 3\n4\t1 1\n",
                            "distance,RBC,PLT\n0,0,3\n2,0,3\n4,1,1\n"}) {
-    writeText(folder.path() / "p.txt", text);
-    const ProfileSource profile = readProfile(folder.path() / "p.txt");
+    writeText(folder / "p.txt", text);
+    const ProfileSource profile = readProfile(folder / "p.txt");
     CHECK_FALSE(profile.isFraction);
     CHECK(profile.at(*profile.columnOf("RBC"), 1.0) == 0.0);
     CHECK(profile.at(*profile.columnOf("RBC"), 3.0) == 0.5);
@@ -72,16 +71,16 @@ TEST_CASE("A table that cannot be read is refused with file and line", "[profile
         Row{"fraction RBC\n0 1\n1.5 1\n", "a fraction in [0, 1]"},
         Row{"distance RBC\n0 0\n5 0\n", "no value above 0"}}) {
     CAPTURE(row.text);
-    writeText(folder.path() / "p.txt", row.text);
-    CHECK_THROWS_WITH(readProfile(folder.path() / "p.txt"), Contains(row.message));
+    writeText(folder / "p.txt", row.text);
+    CHECK_THROWS_WITH(readProfile(folder / "p.txt"), Contains(row.message));
   }
-  CHECK_THROWS_WITH(readProfile(folder.path() / "none.txt"), Contains("none.txt"));
+  CHECK_THROWS_WITH(readProfile(folder / "none.txt"), Contains("none.txt"));
 }
 
 TEST_CASE("A plan keeps the number of cells, and nothing is asked for in a free layer", "[profile]") {
   TemporaryFolder folder;
-  writeText(folder.path() / "p.txt", "distance RBC PLT\n0 0 3\n2 0 3\n4 1 1\n");
-  const std::string file = (folder.path() / "p.txt").string();
+  writeText(folder / "p.txt", "distance RBC PLT\n0 0 3\n2 0 3\n4 1 1\n");
+  const std::string file = (folder / "p.txt").string();
   for (const std::vector<std::string>& lumen : {std::vector<std::string>{"--cylinder", "x", "15", "50"},
                                                 {"--sphere", "14"},
                                                 {"40", "30", "30", "--walls", "z"},
@@ -123,15 +122,16 @@ TEST_CASE("A plan keeps the number of cells, and nothing is asked for in a free 
 
 TEST_CASE("What is packed has the profile that is asked for", "[executable][profile]") {
   TemporaryFolder folder;
-  writeText(folder.path() / "core.txt", "distance RBC PLT\n0 0 4\n1.5 0 4\n4 1 1\n");
+  writeText(folder / "core.txt", "distance RBC PLT\n0 0 4\n1.5 0 4\n4 1 1\n");
   for (const char* lumen : {"--cylinder x 15 60 --ends periodic", "60 30 40 --walls z --ends periodic"})
     for (const char* seed : {"1", "2"}) {
       CAPTURE(lumen, seed);
-      const Ran ran = ok(folder, std::string(lumen) +
-                                     " --hematocrit 0.3 --plt_ratio 0.4 --profile core.txt "
-                                     "--report r.json --seed " +
-                                     seed);
-      CHECK_THAT(ran.out, Contains("Profile: ") && Contains("µm from the wall: RBC 0."));
+      CHECK_THAT(ok(folder, std::string(lumen) +
+                                " --hematocrit 0.3 --plt_ratio 0.4 --profile core.txt "
+                                "--report r.json --seed " +
+                                seed)
+                     .out,
+                 Contains("Profile: ") && Contains("µm from the wall: RBC 0."));
       const nlohmann::json report = reportOf(folder);
       const nlohmann::json& wall = report["measures"]["wall"];
       CHECK(report["certificate"]["clean"]);
@@ -150,8 +150,8 @@ TEST_CASE("Developed flow in a case: a cell-free layer and platelets in it", "[e
   SampleCase folder(
       "<packing> <hematocrit> 0.25 </hematocrit> <species name=\"RBC\"/>"
       "<species name=\"PLT\" ratio=\"0.5\"/> <profile> developed </profile> </packing>");
-  const Ran ran = ok(folder, "config.xml --report r.json");
-  CHECK_THAT(ran.out, Contains("Profile: developed flow: cell-free layer 2.04 µm"));
+  CHECK_THAT(ok(folder, "config.xml --report r.json").out,
+             Contains("Profile: developed flow: cell-free layer 2.04 µm"));
   const nlohmann::json wall = reportOf(folder)["measures"]["wall"];
   const auto meanUpTo = [&](std::size_t species, double depth) {
     double volume = 0.0, all = 0.0;
@@ -165,18 +165,18 @@ TEST_CASE("Developed flow in a case: a cell-free layer and platelets in it", "[e
   CHECK(meanUpTo(1, 2.0) > 1.15 * meanUpTo(1, 100.0));
   CHECK_THAT(ok(folder, "check config.xml").out, Contains("Verdict: clean"));
   // Cells that are there count in their shells.
-  const std::size_t cells = readPos(folder.path() / "RBC.pos").size();
-  std::filesystem::create_directory(folder.path() / "old");
-  writeText(folder.path() / "old" / "RBC.pos", readText(folder.path() / "RBC.pos"));
+  const std::size_t cells = readPos(folder / "RBC.pos").size();
+  std::filesystem::create_directory(folder / "old");
+  writeText(folder / "old" / "RBC.pos", readText(folder / "RBC.pos"));
   ok(folder, "config.xml --start old/RBC.pos --seed 3");
-  CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
+  CHECK(readPos(folder / "RBC.pos").size() == cells);
 }
 
 TEST_CASE("A profile that makes no sense is refused", "[profile]") {
   TemporaryFolder folder;
-  writeText(folder.path() / "p.txt", "distance RBC\n0 0\n6 0\n7 1\n");
-  writeText(folder.path() / "far.txt", "distance RBC\n0 0\n60 0\n70 1\n");
-  writeText(folder.path() / "wbc.txt", "distance WBC\n0 1\n");
+  writeText(folder / "p.txt", "distance RBC\n0 0\n6 0\n7 1\n");
+  writeText(folder / "far.txt", "distance RBC\n0 0\n60 0\n70 1\n");
+  writeText(folder / "wbc.txt", "distance WBC\n0 1\n");
   requireRefused(
       folder,
       {{"30 30 30 --ends periodic --hematocrit 0.2 --profile developed", 2, "this lumen has none"},
@@ -193,5 +193,5 @@ TEST_CASE("A profile that makes no sense is refused", "[profile]") {
   SampleCase regions(
       "<packing> <hematocrit> 0.1 </hematocrit> <profile> developed </profile>"
       "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region> </packing>");
-  CHECK_THAT(refused(regions.path(), "config.xml").message, Contains("exclude each other"));
+  CHECK_THAT(run(regions, "config.xml").err, Contains("exclude each other"));
 }

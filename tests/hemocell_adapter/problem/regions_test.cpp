@@ -24,7 +24,7 @@ TEST_CASE("Regions have their own hematocrit, axes their direction, walls their 
   CHECK_THAT(ran.out, Contains("Hematocrit of region 2: 0.0000, 0 red cells"));
   CHECK_THAT(ran.out, Contains("RBC: symmetry axis within 30 degrees of (1, 0, 0)"));
   int inBall = 0, all = 0;
-  for (const PosLine& line : readPos(folder.path() / "RBC.pos")) {
+  for (const PosLine& line : readPos(folder / "RBC.pos")) {
     const Vec3 axis = placementOf(line).linear.col(1);
     CHECK(std::abs(axis.x()) >= std::cos(30.001 * std::acos(-1.0) / 180.0));
     const bool inside = (line.position - Vec3(12, 8, 8)).norm() <= 6.0;
@@ -36,12 +36,12 @@ TEST_CASE("Regions have their own hematocrit, axes their direction, walls their 
   CHECK(all > inBall);
   const auto minimumOf = [&](const char* name) {
     double nearest = 1e9;
-    for (const PosLine& line : readPos(folder.path() / name))
+    for (const PosLine& line : readPos(folder / name))
       nearest = std::min(nearest, 7.5 - Vec2(line.position.y() - 8.0, line.position.z() - 8.0).norm());
     return nearest;
   };
   CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
-  CHECK_THAT(readText(folder.path() / "cells.csv"), Contains("\nid,species,x,y,z,qw,qx,qy,qz\n1,RBC,"));
+  CHECK_THAT(readText(folder / "cells.csv"), Contains("\nid,species,x,y,z,qw,qx,qy,qz\n1,RBC,"));
 }
 
 TEST_CASE("The hematocrit of a region is that of all its red cells", "[executable]") {
@@ -53,35 +53,34 @@ TEST_CASE("The hematocrit of a region is that of all its red cells", "[executabl
         std::string(number) +
         "/> <region hematocrit=\"0.2\"> <box origin=\"4 0 0\" size=\"16 16 16\"/> </region>"
         "</packing>");
-    writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
+    writeText(folder / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
     const Ran ran = ok(folder, "config.xml");
     // 0.2 of 16 µm of the tube are 7.0 red cells, 0.05 of the rest another one.
     CHECK_THAT(ran.out, Contains("Hematocrit of region 1: 0.2") && Contains(", 7 red cells with their"));
     int inside = 0, all = 0;
     for (const char* name : {"RBC.pos", "RBC_stiff.pos"})
-      for (const PosLine& line : readPos(folder.path() / name)) {
+      for (const PosLine& line : readPos(folder / name)) {
         ++all;
         inside += line.position.x() >= 4.0 && line.position.x() <= 20.0;
       }
     CHECK(inside == 7);
     CHECK(all == 8);
-    CHECK(readPos(folder.path() / "RBC_stiff.pos").size() == 3);
+    CHECK(readPos(folder / "RBC_stiff.pos").size() == 3);
   }
 }
 
 TEST_CASE("A region too small for its hematocrit is rejected or gives a warning", "[executable]") {
   SampleCase folder;
   const auto packed = [&](const char* rest, const char* region, const char* radius) {
-    writeText(folder.path() / "config.xml",
+    writeText(folder / "config.xml",
               configXml(sampleDomain, std::string("<packing><species name=\"RBC\"/><hematocrit>") + rest +
                                           "</hematocrit><region hematocrit=\"" + region +
                                           "\"><sphere center=\"12 8 8\" radius=\"" + radius +
                                           "\"/></region></packing>"));
-    return run(folder.path(), "config.xml --dry-run");
+    return run(folder, "config.xml --dry-run");
   };
-  const Ran refused = packed("0.2", "0.45", "1.5");
-  CHECK(refused.exitCode == 2);
-  CHECK_THAT(refused.err, Contains("<sphere>") && Contains("too little for a red cell"));
+  CHECK_THAT(withExit(2, packed("0.2", "0.45", "1.5")).err,
+             Contains("<sphere>") && Contains("too little for a red cell"));
   const Ran whole = packed("0.2", "0.45", "4");  // 1.49 cells
   CHECK(whole.exitCode == 0);
   CHECK_THAT(whole.err, Contains("region 1 is so small that whole cells cannot meet its hematocrit: 0.302") &&
@@ -92,15 +91,12 @@ TEST_CASE("A region too small for its hematocrit is rejected or gives a warning"
 
 TEST_CASE("With a hematocrit of 0, cells are in regions alone", "[executable]") {
   SampleCase folder;
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             configXml(sampleDomain,
                       "<packing><species name=\"RBC\"/><hematocrit>0</hematocrit><region "
                       "hematocrit=\"0.2\"><sphere center=\"6 8 8\" radius=\"6\"/></region></packing>"));
-  const Ran ran = run(folder.path(), "config.xml");
-  INFO(ran.all());
-  REQUIRE(ran.exitCode == 0);
-  CHECK_THAT(ran.err, !Contains("outside the regions"));
-  const std::vector<PosLine> lines = readPos(folder.path() / "RBC.pos");
+  CHECK_THAT(ok(folder, "config.xml").err, !Contains("outside the regions"));
+  const std::vector<PosLine> lines = readPos(folder / "RBC.pos");
   CHECK(lines.size() >= 1);
   for (const PosLine& line : lines) CHECK(line.position.x() < 12.1);
 }
@@ -138,14 +134,14 @@ TEST_CASE("A branch holds as many red cells as are requested, whatever the seed"
     Ran ran = ok(folder, bifurcation(region) + "--plt_ratio 0 --seed " + seed);
     CHECK_THAT(ran.out,
                Contains("Red cells of region 1: 5 (") && Contains(", 5 red cells with their centres"));
-    CHECK(inUpperBranch(folder.path() / "RBC.pos") == Counts(5, 5));
+    CHECK(inUpperBranch(folder / "RBC.pos") == Counts(5, 5));
     ok(folder,
        bifurcation("<hematocrit>0.1</hematocrit><species name=\"RBC\"/>" + region) + "--seed " + seed);
-    const Counts dense = inUpperBranch(folder.path() / "RBC.pos");
+    const Counts dense = inUpperBranch(folder / "RBC.pos");
     CHECK(dense.second == 5);
     CHECK(dense.first == 5 + std::lround(0.1 * (7500.0 - 1980.0) / 81.1163));
     ok(folder, bifurcation("<species name=\"RBC\" count=\"9\"/>" + region) + "--seed " + seed);
-    CHECK(inUpperBranch(folder.path() / "RBC.pos") == Counts(9, 5));
+    CHECK(inUpperBranch(folder / "RBC.pos") == Counts(9, 5));
   }
 }
 
@@ -154,23 +150,23 @@ TEST_CASE("A branch is named by a half-space, too", "[executable]") {
   ok(folder,
      bifurcation("<species name=\"RBC\"/><region count=\"6\"><halfSpace point=\"9 11 3\" normal=\"0 2 "
                  "0\"/></region>"));
-  const std::vector<PosLine> lines = readPos(folder.path() / "RBC.pos");
+  const std::vector<PosLine> lines = readPos(folder / "RBC.pos");
   CHECK(lines.size() == 6);
   for (const PosLine& line : lines) CHECK(line.position.y() >= 11.0);
 }
 
 TEST_CASE("The number of red cells of a region is that of all their kinds", "[executable][long]") {
   SampleCase folder;
-  writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
+  writeText(folder / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
   const std::string half = "<halfSpace point=\"12 8 8\" normal=\"1 0 0\"/>";
   const auto packed = [&](const std::string& packing) {
-    writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
+    writeText(folder / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
     ok(folder, "config.xml");
     std::array<int, 2> beyond = {0, 0}, all = {0, 0};
     const char* const names[] = {"RBC.pos", "RBC_stiff.pos"};
     for (int s : {0, 1}) {
-      if (!fs::exists(folder.path() / names[s])) continue;  // there are none
-      for (const PosLine& line : readPos(folder.path() / names[s])) {
+      if (!fs::exists(folder / names[s])) continue;  // there are none
+      for (const PosLine& line : readPos(folder / names[s])) {
         ++all[s];
         beyond[s] += line.position.x() >= 12.0;
       }
@@ -198,40 +194,38 @@ TEST_CASE("The number of red cells of a region is that of all their kinds", "[ex
 TEST_CASE("Regions have cells of their own, beside those of the lumen", "[executable]") {
   SampleCase folder;
   writeText(
-      folder.path() / "config.xml",
+      folder / "config.xml",
       configXml(
           sampleDomain,
           "<packing><hematocrit>0.1</hematocrit><species name=\"RBC\"/><region><beyond point=\"16 8 8\" "
           "direction=\"1 0 0\"/><species name=\"PLT\" count=\"20\"/></region></packing>"));
   for (const std::string seed : {"1", "2", "3"}) {
-    const Ran ran = ok(folder, "config.xml --seed " + seed);
-    CHECK_THAT(ran.out, Contains("region 1, 20 PLT of its own (") &&
-                            Contains("Cells of region 1 alone: 20 PLT") && Contains("PLT: 20 (in regions)"));
-    const std::vector<PosLine> platelets = readPos(folder.path() / "PLT.pos");
+    CHECK_THAT(ok(folder, "config.xml --seed " + seed).out, Contains("region 1, 20 PLT of its own (") &&
+                                                                Contains("Cells of region 1 alone: 20 PLT") &&
+                                                                Contains("PLT: 20 (in regions)"));
+    const std::vector<PosLine> platelets = readPos(folder / "PLT.pos");
     CHECK(platelets.size() == 20);
     for (const PosLine& line : platelets) CHECK(line.position.x() >= 16.0);
     bool before = false, beyond = false;  // red cells are anywhere
-    for (const PosLine& line : readPos(folder.path() / "RBC.pos"))
+    for (const PosLine& line : readPos(folder / "RBC.pos"))
       (line.position.x() < 16.0 ? before : beyond) = true;
     CHECK((before && beyond));
   }
-  const Ran more = ok(folder, "config.xml --plt 6");
-  CHECK_THAT(more.out, Contains("PLT: 26 (6 requested, 20 in regions)"));
+  CHECK_THAT(ok(folder, "config.xml --plt 6").out, Contains("PLT: 26 (6 requested, 20 in regions)"));
   int beyond = 0;
-  for (const PosLine& line : readPos(folder.path() / "PLT.pos")) beyond += line.position.x() >= 16.0;
+  for (const PosLine& line : readPos(folder / "PLT.pos")) beyond += line.position.x() >= 16.0;
   CHECK(beyond >= 20);
-  CHECK(readPos(folder.path() / "PLT.pos").size() == 26);
+  CHECK(readPos(folder / "PLT.pos").size() == 26);
 }
 
 TEST_CASE("Invalid regions are refused with their place", "[regions]") {
   const SampleCase folder;
   const auto messageOf = [&](const std::string& region,
                              const std::string& cells = "<species name=\"RBC\"/>") {
-    writeText(folder.path() / "config.xml",
+    writeText(folder / "config.xml",
               configXml(sampleDomain, "<packing>\n" + cells + "\n" + region + "</packing>"));
-    const Refusal refusal = refused(folder.path(), "config.xml");
-    CHECK(refusal.exitCode == 2);
-    return refusal.message;
+    const Ran refusal = ended(folder, 2, "config.xml");
+    return refusal.err;
   };
   const std::string ball = "<sphere radius=\"6\" center=\"12 8 8\"/>";
   CHECK_THAT(messageOf("<region count=\"3\" hematocrit=\"0.1\">" + ball + "</region>"),
@@ -273,10 +267,10 @@ TEST_CASE("Invalid regions are refused with their place", "[regions]") {
 TEST_CASE("Invalid constraints are rejected", "[regions]") {
   const SampleCase folder;
   const auto messageOf = [&](const std::string& packing, const std::string& arguments = "") {
-    writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
-    const Refusal refusal = refused(folder.path(), "config.xml " + arguments);
+    writeText(folder / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
+    const Ran refusal = run(folder, "config.xml " + arguments);
     CHECK((refusal.exitCode == 1 || refusal.exitCode == 2));
-    return refusal.message;
+    return refusal.err;
   };
   const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
   CHECK_THAT(messageOf("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
@@ -302,7 +296,7 @@ TEST_CASE("Invalid constraints are rejected", "[regions]") {
 
 TEST_CASE("Options of constraints are validated", "[regions]") {
   const TemporaryFolder folder;
-  writeText(folder.path() / "RBC.pos", "1\n5 5 5 0 0\n");
+  writeText(folder / "RBC.pos", "1\n5 5 5 0 0\n");
   for (const RefusedRow& row : std::vector<RefusedRow>{
            {"--cell-free-layer -1", 1, "'--cell-free-layer': expected a number in [0, 100]"},
            {"--cell-free-layer 10", 2, "larger than the lumen"},

@@ -16,10 +16,8 @@ const std::string dense = "10 10 10 --ends periodic --hematocrit 0.73 --soft ";
 
 /// Of a packing of soft cells that does not succeed, but leaves a checkpoint of those that were soft.
 Ran failed(const TemporaryFolder& folder, const std::string& arguments, int code) {
-  Ran ran = run(folder.path(), arguments + " --state s.h5");
-  INFO(ran.all());
-  CHECK(ran.exitCode == code);
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.h5"));
+  Ran ran = ended(folder, code, arguments + " --state s.h5");
+  CHECK_FALSE(std::filesystem::exists(folder / "s.h5"));
   return ran;
 }
 
@@ -27,13 +25,12 @@ Ran failed(const TemporaryFolder& folder, const std::string& arguments, int code
 
 TEST_CASE("Soft cells fill a box beyond what undeformed ones can, and are saved as a state", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = ok(folder, dense + "--state s.h5 --report r.json");
-  CHECK_THAT(ran.out,
+  CHECK_THAT(ok(folder, dense + "--state s.h5 --report r.json").out,
              Contains("RBC: soft, kLink 15, kBend 80, kVolume 20, kArea 5 (HemoCell's cell templates)") &&
                  Contains("Deformed cells: 10; largest force on a vertex"));
   const std::string check = ok(folder, "check --box 10 10 10 --ends periodic --start s.h5").out;
   CHECK_THAT(check, Contains("RBC: 9 cells") && Contains("PLT: 1 cells") && Contains("Verdict: clean"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder / "r.json");
   CHECK(report["deformation"]["cells"] == 10);
   CHECK(report["deformation"]["largest"]["force"] > 0.1);
   CHECK(report["deformation"]["largest"]["force"] < 10.0);
@@ -47,8 +44,8 @@ TEST_CASE("Deformed cells that exist are in no need of the room of undeformed on
   ok(folder, "10 10 10 --ends periodic --rbc 10 --soft --state s.h5");  // 0.81 of the box
   for (const std::string way : {"--start s.h5", "--fixed s.h5 --plt 1"}) {
     CHECK_THAT(ok(folder, "10 10 10 --ends periodic --dry-run " + way).out, Contains("Feasible"));
-    const Ran ran = ok(folder, "10 10 10 --ends periodic --output-dir o " + way);
-    CHECK_THAT(ran.out, Contains("RBC: 10 of 10 placed") && !Contains("no random packing"));
+    CHECK_THAT(ok(folder, "10 10 10 --ends periodic --output-dir o " + way).out,
+               Contains("RBC: 10 of 10 placed") && !Contains("no random packing"));
   }
 }
 
@@ -63,7 +60,7 @@ TEST_CASE("Soft cells begin farther from the wall of a mesh than distances to it
           "[executable]") {
   SampleCase folder;
   writeText(
-      folder.path() / "config.xml",
+      folder / "config.xml",
       configXml(
           "<geometry> tube.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> 16 </refDirN>"));
   CHECK_THAT(ok(folder, "config.xml --rbc 4 --soft --max-force 3 --state s.h5").out,
@@ -73,9 +70,9 @@ TEST_CASE("Soft cells begin farther from the wall of a mesh than distances to it
 TEST_CASE("Cells that need not deform are those of a packing without --soft", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "16 16 16 --ends periodic --hematocrit 0.3 --soft");
-  const std::string soft = readText(folder.path() / "RBC.pos");
+  const std::string soft = readText(folder / "RBC.pos");
   ok(folder, "16 16 16 --ends periodic --hematocrit 0.3");
-  CHECK(readText(folder.path() / "RBC.pos") == soft);
+  CHECK(readText(folder / "RBC.pos") == soft);
 }
 
 TEST_CASE("Cells are soft where undeformed ones are found in a short search, but not with clearances",
@@ -91,8 +88,7 @@ TEST_CASE("Cells are soft where undeformed ones are found in a short search, but
 TEST_CASE("A packing of undeformed cells that is continued with --soft ends with soft ones",
           "[executable][long]") {
   const TemporaryFolder folder;
-  const Ran rigid = run(folder.path(), "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
-  REQUIRE(rigid.exitCode == 3);
+  ended(folder, 3, "20 20 20 --ends periodic --rbc 63 --state s.h5 --max-iterations 40");
   CHECK_THAT(ok(folder, "--restart s.checkpoint.h5 --soft --max-iterations 400").out,
              Contains("Continuing from s.checkpoint.h5") && Contains("Deformed cells: 63"));
 }
@@ -124,7 +120,7 @@ TEST_CASE("With best effort, soft cells that find no room are left out, and it i
              Contains("soft cells could not be packed within the limits") &&
                  Contains("without those that found no room there is a packing with hematocrit 0.") &&
                  Contains("of 12 RBC); writing that one (--best-effort)"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder / "r.json");
   CHECK(report["outcome"] == "bestEffort");
   CHECK(report["species"][0]["asked"] == 12);
   const int placed = report["species"][0]["placed"];
@@ -136,8 +132,8 @@ TEST_CASE("With best effort, soft cells that find no room are left out, and it i
   CHECK_THAT(ok(folder, "check --box 10 10 10 --ends periodic --start s.h5").out,
              Contains("RBC: " + std::to_string(placed) + " cells") && Contains("Verdict: clean"));
   // At full size, but deformed too much.
-  const Ran limited = ok(folder, dense + "--best-effort --max-force 0.8 --max-iterations 600 --state t.h5");
-  CHECK_THAT(limited.err, Contains("the largest force on a vertex was") && Contains("writing that one"));
+  CHECK_THAT(ok(folder, dense + "--best-effort --max-force 0.8 --max-iterations 600 --state t.h5").err,
+             Contains("the largest force on a vertex was") && Contains("writing that one"));
 }
 
 TEST_CASE("With best effort, undeformed cells are packed where no soft ones can be", "[executable][long]") {
@@ -147,7 +143,7 @@ TEST_CASE("With best effort, undeformed cells are packed where no soft ones can 
                           Contains("; of undeformed cells there is a packing with hematocrit 0.") &&
                           Contains("of 9 RBC, ") && Contains("writing that one (--best-effort)"));
   CHECK_THAT(ran.out, !Contains("Deformed cells:"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  const auto report = readJson(folder / "r.json");
   CHECK(report["outcome"] == "bestEffort");
   CHECK(report["species"][0]["asked"] == 9);
   CHECK_THAT(ok(folder, "check --box 10 10 10 --ends periodic").out, Contains("Overlapping pairs: 0"));
@@ -167,25 +163,25 @@ TEST_CASE("With auto, cells are soft only where undeformed ones cannot be packed
   const TemporaryFolder automatic;
   CHECK_THAT(ok(automatic, possible + "--soft=auto").out,
              Contains("Undeformed cells could be packed: none are soft") && !Contains("Deformed cells:"));
-  const std::string packed = readText(automatic.path() / "RBC.pos");
+  const std::string packed = readText(automatic / "RBC.pos");
   ok(folder, possible);
-  CHECK(readText(folder.path() / "RBC.pos") == packed);
+  CHECK(readText(folder / "RBC.pos") == packed);
   const Ran soft =
       ok(folder, "10 10 10 --ends periodic --hematocrit 0.73 --soft=auto --state u.h5 --report r.json");
   CHECK_THAT(soft.out, Contains("Undeformed cells cannot be packed as requested: cells are soft") &&
                            Contains("Deformed cells: 10"));
-  CHECK(nlohmann::json::parse(readText(folder.path() / "r.json"))["configuration"]["soft"] == "auto");
+  CHECK(readJson(folder / "r.json")["configuration"]["soft"] == "auto");
   ok(folder, dense + "--state s.h5");
   CHECK_THAT(ok(folder, "--cylinder x 2.8 20 --ends periodic --rbc 1 --soft=auto --state v.h5").out,
              Contains("cells are soft") && Contains("Deformed cells: 1"));
-  CHECK_THAT(run(folder.path(), dense + "--soft=maybe").err, Contains("expected true, false or auto"));
+  CHECK_THAT(run(folder, dense + "--soft=maybe").err, Contains("expected true, false or auto"));
 }
 
 TEST_CASE("A signal and the time limit end packing soft cells, and a restart continues",
           "[executable][long]") {
   const TemporaryFolder folder, scripts;
   // The signal comes when cells are soft, as the first line of progress of that stage says.
-  writeText(scripts.path() / "end.py", R"(import signal, subprocess, sys
+  writeText(scripts / "end.py", R"(import signal, subprocess, sys
 run = subprocess.Popen(sys.argv[1:], stdout=subprocess.PIPE, text=True)
 for line in run.stdout:
     if "soft cells: iteration" in line:
@@ -194,19 +190,18 @@ sys.exit(run.wait())
 )");
   // So much is never at rest below so little force.
   const std::string endless = "10 10 10 --ends periodic --hematocrit 0.73 --soft --max-force 1e-6 --verbose";
-  const Ran ran = run(folder.path(), endless + " --state s.h5", "packMesh",
-                      "python3 '" + (scripts.path() / "end.py").string() + "'");
-  INFO(ran.all());
-  CHECK(ran.exitCode == 130);
-  CHECK_THAT(ran.err, Contains("to continue: packMesh --restart s.checkpoint.h5"));
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.h5"));
+  CHECK_THAT(withExit(130, runProcess(folder, endless + " --state s.h5",
+                                      "python3 '" + (scripts / "end.py").string() + "'"))
+                 .err,
+             Contains("to continue: packMesh --restart s.checkpoint.h5"));
+  CHECK_FALSE(std::filesystem::exists(folder / "s.h5"));
   CHECK_THAT(ok(folder, "--restart s.checkpoint.h5 --max-force 10").out,
              Contains("Continuing from s.checkpoint.h5: after ") && Contains(" iterations of soft cells") &&
                  Contains("Deformed cells: 10"));
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "s.checkpoint.h5"));
-  CHECK_THAT(run(folder.path(), "--restart s.h5").err,
+  CHECK_FALSE(std::filesystem::exists(folder / "s.checkpoint.h5"));
+  CHECK_THAT(run(folder, "--restart s.h5").err,
              Contains("s.h5: is the result of packing soft cells; --start s.h5 takes its cells"));
-  std::filesystem::remove(folder.path() / "s.h5");
+  std::filesystem::remove(folder / "s.h5");
   CHECK_THAT(failed(folder, endless + " --max-time 2", 3).err, Contains("within the limits (2 s)"));
 }
 
@@ -217,19 +212,20 @@ TEST_CASE("Soft cells that ended at limits continue on any number of ranks to th
     const TemporaryFolder folder;
     std::string restart;
     for (const auto& [limit, ranks] : limitsAndRanks) {
-      const Ran ran =
-          run(folder.path(), restart + dense + "--state s.h5 --max-iterations " + std::to_string(limit),
-              "packMesh", ranks > 1 ? "OMP_NUM_THREADS=1 " + onRanks(ranks) : std::string());
+      const std::string arguments =
+          restart + dense + "--state s.h5 --max-iterations " + std::to_string(limit);
+      const Ran ran = ranks > 1 ? runProcess(folder, arguments, "OMP_NUM_THREADS=1 " + onRanks(ranks))
+                                : run(folder, arguments);
       INFO(ran.all());
       const bool ends = limit == limitsAndRanks.back().first;
       REQUIRE(ran.exitCode == (ends ? 0 : 3));
-      CHECK(std::filesystem::exists(folder.path() / "s.checkpoint.h5") == !ends);
+      CHECK(std::filesystem::exists(folder / "s.checkpoint.h5") == !ends);
       if (!ends)
         CHECK_THAT(ran.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
       if (!restart.empty()) CHECK_THAT(ran.out, Contains(" iterations of soft cells"));
       restart = "--restart s.checkpoint.h5 ";
     }
-    return readText(folder.path() / "s.h5");
+    return readText(folder / "s.h5");
   };
   const std::string expected = packed({{30, 1}, {500, 1}});
   CHECK((packed({{30, 1}, {500, 2}}) == expected));
@@ -255,7 +251,7 @@ TEST_CASE("A checkpoint of soft cells is refused by another request", "[executab
 TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[executable]") {
   SampleCase folder;
   const auto cell = [&](const std::string& constants) {
-    writeText(folder.path() / "RBC.xml", cellXml("RBC", 3.91, 600, constants));
+    writeText(folder / "RBC.xml", cellXml("RBC", 3.91, 600, constants));
   };
   const std::string asked = "config.xml --rbc 2 --soft";
   cell("<kLink> 15 </kLink> <kBend> 80 </kBend> <kVolume> 20 </kVolume>");
@@ -269,10 +265,9 @@ TEST_CASE("Membranes have the constants of a cell's XML file, all of them", "[ex
 
 TEST_CASE("Where undeformed cells do not fit, messages name --soft", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "--cylinder x 2.5 20 --ends periodic --rbc 1 --max-iterations 50");
-  CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err, Contains("--soft lets cells deform"));
-  CHECK_THAT(run(folder.path(), "10 10 10 --ends periodic --hematocrit 0.9 --dry-run").err,
+  CHECK_THAT(ended(folder, 3, "--cylinder x 2.5 20 --ends periodic --rbc 1 --max-iterations 50").err,
+             Contains("--soft lets cells deform"));
+  CHECK_THAT(run(folder, "10 10 10 --ends periodic --hematocrit 0.9 --dry-run").err,
              Contains("--soft lets cells deform"));
   const Ran soft = ok(folder, "10 10 10 --ends periodic --hematocrit 0.9 --dry-run --soft");
   CHECK_THAT(soft.out, Contains("cells will be soft") && !Contains("--soft lets"));
@@ -287,7 +282,7 @@ TEST_CASE("Rigid species keep their shape beside soft cells", "[executable]") {
                           Contains("Certificate: clean, no overlap (23 cells"));
   // Undeformed cells have .pos files, with which HemoCell places them where the state has them.
   CHECK_THAT(ran.out, Contains("Wrote ./WBC.pos") && Contains("RBC.pos is not written"));
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "RBC.pos"));
+  CHECK_FALSE(std::filesystem::exists(folder / "RBC.pos"));
   CHECK_THAT(ok(folder, "check --box 14 14 14 --ends periodic").out,
              Contains("WBC: 1 cells") && Contains("PLT: 3 cells") && Contains("Overlapping pairs: 0"));
 }
@@ -300,8 +295,8 @@ TEST_CASE("Soft platelets and white cells are packed beside soft red cells", "[e
 
 TEST_CASE("Fixed cells stay beside soft ones, deformed ones, too", "[executable][long]") {
   const TemporaryFolder folder;
-  std::filesystem::create_directory(folder.path() / "given");
-  writeText(folder.path() / "given" / "RBC.pos", rbcPos("5 5 5 0 0 0\n", 1));
+  std::filesystem::create_directory(folder / "given");
+  writeText(folder / "given" / "RBC.pos", rbcPos("5 5 5 0 0 0\n", 1));
   CHECK_THAT(ok(folder, dense + "--fixed given/RBC.pos --state s.h5").out,
              Contains("Deformed cells: 9") && Contains("Certificate: clean, no overlap (10 cells"));
   const std::string tube = "--cylinder x 2.8 20 --ends periodic --soft ";
@@ -328,15 +323,14 @@ TEST_CASE("Layers without cells are kept by soft cells; what is in regions and l
   const std::string wide = "--cylinder x 8 16 --ends periodic --hematocrit 0.45 --soft --state s.h5 ";
   CHECK_THAT(ok(folder, wide + "--profile developed").out,
              Contains("Deformed cells:") && Contains("Profile,"));
-  writeText(folder.path() / "config.xml",
+  writeText(folder / "config.xml",
             configXml("<dx> 5e-7 </dx> <nx> 48 </nx> <ny> 20 </ny> <nz> 20 </nz>",
                       "<packing><container><cylinder axis=\"x\" radius=\"4\" length=\"24\" center=\"11.75 "
                       "4.75 4.75\"/></container>"
                       "<ends>periodic</ends><hematocrit>0.3</hematocrit><soft>true</soft>"
                       "<region hematocrit=\"0.6\"><box size=\"12 10 10\"/></region></packing>"));
-  writeText(folder.path() / "RBC.xml", cellXml("RBC", 3.91, 600, ""));
-  writeText(folder.path() / "PLT.xml",
-            cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+  writeText(folder / "RBC.xml", cellXml("RBC", 3.91, 600, ""));
+  writeText(folder / "PLT.xml", cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
   CHECK_THAT(ok(folder, "config.xml --state s.h5").out, Contains("Deformed cells:") &&
                                                             Contains("Hematocrit of region 1:") &&
                                                             Contains("with their centres in it"));
@@ -345,17 +339,14 @@ TEST_CASE("Layers without cells are kept by soft cells; what is in regions and l
 TEST_CASE("Forces are proportional to <kBT>, and those of each species are told", "[executable]") {
   SampleCase folder;
   const auto config = [&](const std::string& more) {
-    writeText(folder.path() / "config.xml",
+    writeText(folder / "config.xml",
               configXml("<dx> 5e-7 </dx><nx> 20 </nx><ny> 20 </ny><nz> 20 </nz>" + more));
   };
-  writeText(folder.path() / "PLT.xml",
-            cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+  writeText(folder / "PLT.xml", cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
   config("");
   const std::string cells = "config.xml --ends periodic --walls none ";
   ok(folder, cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --state s.h5 --report r.json");
-  const auto deformationIn = [&](const char* name) {
-    return nlohmann::json::parse(readText(folder.path() / name))["deformation"];
-  };
+  const auto deformationIn = [&](const char* name) { return readJson(folder / name)["deformation"]; };
   const auto once = deformationIn("r.json");
   REQUIRE(once["species"].size() == 2);
   CHECK(once["species"][0]["name"] == "RBC");
@@ -374,8 +365,7 @@ TEST_CASE("Forces are proportional to <kBT>, and those of each species are told"
   CHECK_THAT(check, Contains("; median of cells "));
   const std::string packed =
       cells + "--hematocrit 0.73 --plt_ratio 0.1 --soft --max-iterations 5 --state u.h5";
-  const Ran ran = run(folder.path(), packed);
-  CHECK_THAT(ran.out, Contains("kBT 8.201062782e-21 J (config.xml:4: <kBT>)"));
+  CHECK_THAT(run(folder, packed).out, Contains("kBT 8.201062782e-21 J (config.xml:4: <kBT>)"));
   config("");
   requireRefused(folder, {{packed + " --restart u.checkpoint.h5", 2,
                            "have other membranes: the constants of their XML files, <kBT>"}});

@@ -45,8 +45,8 @@ TEST_CASE("Of cells that cross a periodic face, only those are expected to go th
           "[executable][examination][long]") {
   const SampleCase folder;
   const auto checked = [&](const std::string& lines, int count) {
-    writeText(folder.path() / "RBC.pos", rbcPos(lines, count));
-    return run(folder.path(), "check config.xml --ends periodic --report report.json");
+    writeText(folder / "RBC.pos", rbcPos(lines, count));
+    return run(folder, "check config.xml --ends periodic --report report.json");
   };
   // 24 µm of tube at dx 0.5 µm are 51 nodes; its axis is at 8 µm, its wall at 15.5.
   const std::string crossing = "25 8 8 90 0 0\n";
@@ -54,10 +54,8 @@ TEST_CASE("Of cells that cross a periodic face, only those are expected to go th
   const std::string onWallNode = "12 8 11.5 0 0 0\n";
   for (const auto& [lines, count, code] : std::vector<std::tuple<std::string, int, int>>{
            {crossing, 1, 0}, {onWallNode, 1, 4}, {crossing + onWallNode, 2, 4}}) {
-    const Ran ran = checked(lines, count);
-    INFO(ran.all());
-    CHECK(ran.exitCode == code);
-    const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"))["hemocell"];
+    const Ran ran = withExit(code, checked(lines, count));
+    const auto report = readJson(folder / "report.json")["hemocell"];
     CHECK(report["dropped"] == count);
     CHECK(report["asExpected"] == (code == 0));
     CHECK(report["loadedBy"] == ".pos files");
@@ -71,47 +69,37 @@ TEST_CASE("Of cells that cross a periodic face, only those are expected to go th
                               Contains("Verdict: not clean\n") && !Contains("as expected"));
   }
   // A cell that crosses a face and has a vertex on a wall node beyond it.
-  const Ran both = checked("25 8 11.5 0 0 0\n", 1);
-  INFO(both.all());
-  CHECK(both.exitCode == 4);
-  CHECK_THAT(both.out, Contains("deletes 1: a vertex lies on a wall node"));
+  CHECK_THAT(withExit(4, checked("25 8 11.5 0 0 0\n", 1)).out,
+             Contains("deletes 1: a vertex lies on a wall node"));
 }
 
 TEST_CASE("Of a state, check says what the plug-in keeps", "[executable][examination]") {
   const SampleCase folder;
-  writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 8, 8)});
-  const Ran kept = run(folder.path(), "check config.xml --ends periodic --start flowing.h5 --report r.json");
-  INFO(kept.all());
-  CHECK(kept.exitCode == 0);
+  writeDeformed(folder / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 8, 8)});
+  const Ran kept = ok(folder, "check config.xml --ends periodic --start flowing.h5 --report r.json");
   CHECK_THAT(kept.out,
              Contains("With loadParticles() HemoCell keeps 2 of 2 RBC\n") && Contains("Verdict: clean\n"));
-  const auto report = nlohmann::json::parse(readText(folder.path() / "r.json"))["hemocell"];
+  const auto report = readJson(folder / "r.json")["hemocell"];
   CHECK(report["kept"] == 2);
   CHECK(report["loadedBy"] == "plug-in");
 
   // Nearer to solid nodes than the loader of .pos files accepts, as cells of a run come.
   const std::string check = "check config.xml --ends periodic --start flowing.h5";
-  writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 11, 8), Vec3(12, 11, 8)});
-  CHECK_THAT(run(folder.path(), check + " --minimum-distance-from-solid RBC 2").out,
+  writeDeformed(folder / "flowing.h5", {Vec3(0, 11, 8), Vec3(12, 11, 8)});
+  CHECK_THAT(run(folder, check + " --minimum-distance-from-solid RBC 2").out,
              Contains("With loadParticles() HemoCell keeps 2 of 2 RBC\n"));
-  writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 13.5, 8)});
-  const Ran lost = run(folder.path(), check);
-  INFO(lost.all());
-  CHECK(lost.exitCode == 4);
-  CHECK_THAT(lost.out,
+  writeDeformed(folder / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 13.5, 8)});
+  CHECK_THAT(ended(folder, 4, check).out,
              Contains("With loadParticles() HemoCell keeps 1 of 2 RBC; deletes 1: a vertex lies on a "
                       "wall node"));
 }
 
 TEST_CASE("Closed ends are advised only where they help", "[executable][examination]") {
   const SampleCase folder;
-  writeDeformed(folder.path() / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 8, 8)});
+  writeDeformed(folder / "flowing.h5", {Vec3(0, 8, 8), Vec3(12, 8, 8)});
   for (const char* option : {"--start", "--blood"}) {
     CAPTURE(option);
-    const Ran ran =
-        run(folder.path(), std::string("config.xml --ends periodic ") + option + " flowing.h5 --rbc 2");
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
+    const Ran ran = ok(folder, std::string("config.xml --ends periodic ") + option + " flowing.h5 --rbc 2");
     CHECK_THAT(ran.out, Contains("With loadParticles() HemoCell keeps 2 of 2 cells\n"));
     CHECK_THAT(ran.err, !Contains("HemoCell would keep") && !Contains("--ends closed"));
   }
@@ -131,20 +119,15 @@ TEST_CASE("Cells that stay near the wall cause a warning", "[executable][examina
   const std::string lumen = "--cylinder x 8 25.5 --ends periodic ";
   // Deformed cells, the nearest at the wall of a pipe of radius 8 µm.
   const auto warned = [&](double y) {
-    writeDeformed(folder.path() / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, y, 8)}, Vec3(25.5, 16, 16));
-    const Ran ran = run(folder.path(), lumen + "--blood flowing.h5");
-    INFO(ran.all());
-    REQUIRE(ran.exitCode == 0);
+    writeDeformed(folder / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, y, 8)}, Vec3(25.5, 16, 16));
+    const Ran ran = ok(folder, lumen + "--blood flowing.h5");
     return ran.err;
   };
   CHECK_THAT(warned(8.0), !Contains("the cells stay where they were"));
   double y = 8.5;  // and nearer, in steps shorter than the clearance
   while (!Catch::contains(warned(y), "the cells stay where they were") && y < 15.0) y += 0.3;
   CHECK_THAT(warned(y), Contains("the nearest 0.") && Contains("--wall-clearance 0.5, or less, moves them"));
-  const Ran moved = run(folder.path(), lumen + "--blood flowing.h5 --wall-clearance 0.4");
-  INFO(moved.all());
-  CHECK(moved.exitCode == 0);
-  CHECK_THAT(moved.err, !Contains("the cells stay"));
+  CHECK_THAT(ok(folder, lumen + "--blood flowing.h5 --wall-clearance 0.4").err, !Contains("the cells stay"));
 }
 
 TEST_CASE("Meshes and pieces of blood that cannot be are refused with their place",
@@ -160,7 +143,7 @@ TEST_CASE("Meshes and pieces of blood that cannot be are refused with their plac
     state.cells.push_back(std::move(cell));
     state.record.origin = "a test, one cell";
     saveCells(std::move(state), makeBox({Vec3::Zero(), Vec3(period, 16, 16)}, {true, false, false}),
-              folder.path() / "flowing.h5");
+              folder / "flowing.h5");
   };
   write(Vec3(1, -1, 1));
   requireRefused(folder, {{lumen, 2, "the mesh of a cell 'RBC' near (7, 8, 9) µm is inside out"}});
@@ -171,7 +154,7 @@ TEST_CASE("Meshes and pieces of blood that cannot be are refused with their plac
                  {{lumen + " --max-time 5", 2,
                    "its cells would be repeated every 0.001 µm along x, which is less than they are thick"}});
   // Fixed cells that overlap are named by their numbers in the file.
-  writeDeformed(folder.path() / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, 8, 8), Vec3(15.5, 8, 8)});
+  writeDeformed(folder / "flowing.h5", {Vec3(5, 8, 8), Vec3(15, 8, 8), Vec3(15.5, 8, 8)});
   requireRefused(folder, {{"--cylinder x 8 25.5 --ends periodic --fixed flowing.h5 --rbc 4", 2,
                            "cell 2 of 'RBC' and cell 3 of 'RBC', which stay where they are, overlap"}});
 }

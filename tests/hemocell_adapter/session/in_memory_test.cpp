@@ -48,12 +48,11 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
   const Packing packing = packed(words);
   const std::vector<StateCells::Kind> kinds = kindsOf(packing);
   REQUIRE(folder.files() == (kinds.size() == 2 ? 3 : 2));
-  writeCells(packing, folder.path() / "held", {});
+  writeCells(packing, folder / "held", {});
   for (const StateCells::Kind& kind : kinds)
-    CHECK(readText(folder.path() / "held" / (kind.name + ".pos")) ==
-          readText(folder.path() / (kind.name + ".pos")));
-  auto expected = nlohmann::json::parse(readText(folder.path() / "report.json"));
-  auto report = nlohmann::json::parse(reportText(packing));
+    CHECK(readText(folder / "held" / (kind.name + ".pos")) == readText(folder / (kind.name + ".pos")));
+  auto expected = readJson(folder / "report.json");
+  auto report = parseJson(reportText(packing));
   for (const char* run : {"times", "command", "configuration", "program"})
     for (nlohmann::json* one : {&expected, &report}) one->erase(run);
   CHECK(report == expected);
@@ -62,7 +61,7 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
 TEST_CASE("A packing that was saved is loaded with the same cells, and completed by its command", "[held]") {
   const TemporaryFolder folder;
   const Packing packing = packed("16 16 16 --rbc 6 --plt 2");
-  const std::filesystem::path file = folder.path() / "cells.h5";
+  const std::filesystem::path file = folder / "cells.h5";
   savePacking(packing, file);
   const StateCells cells = loadCells(file, Communicator(), file);
   REQUIRE(cells.species.size() == 2);
@@ -83,14 +82,14 @@ TEST_CASE("A packing that was saved is loaded with the same cells, and completed
 
 TEST_CASE("A state has the placements that were certified, to the last bit", "[held]") {
   const TemporaryFolder folder;
-  writeText(folder.path() / "RBC.pos",
+  writeText(folder / "RBC.pos",
             rbcPos("8 8 8 10.1 20.7 33.3\n8 8 20 -71.3 12.9 0.7\n8 20 8 3.1 -50.3 99.9\n", 3));
   const std::string words =
       GENERATE(as<std::string>(), "10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft", "fixed");
   const Packing packing = words == "fixed"
-                              ? packed("30 30 30 --rbc 3 --fixed", {}, (folder.path() / "RBC.pos").string())
+                              ? packed("30 30 30 --rbc 3 --fixed", {}, (folder / "RBC.pos").string())
                               : packed(words);
-  const std::filesystem::path file = folder.path() / "cells.h5";
+  const std::filesystem::path file = folder / "cells.h5";
   savePacking(packing, file);
   const StateCells cells = loadCells(file, Communicator(), file);
   const Packing loaded = completePacking(cells, file, Communicator());

@@ -6,7 +6,7 @@
 
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/forecast.h"
-#include "tests/hemocell_adapter/planned_problem.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;

@@ -39,7 +39,7 @@ using namespace packmesh::test;
 TEST_CASE("Columns are repeated, and the state of the result is that of the large box", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "16 18 20 --ends periodic --rbc 12 --order columns --tile 2 1 1 --state s.h5");
-  CHECK(readPos(folder.path() / "RBC.pos").size() == 24);
+  CHECK(readPos(folder / "RBC.pos").size() == 24);
   CHECK_THAT(ok(folder, "check --box 32 18 20 --ends periodic --start s.h5").out, Contains("RBC: 24 cells"));
 }
 
@@ -49,14 +49,14 @@ TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
                      "16 18 20 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv "
                      "--report report.json");
   const int cells = 6 * 21;  // 0.3 · 16 · 18 · 20 / 81.1163 = 21.3
-  CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
-  CHECK(run(folder.path(), "check --box 32 18 60 --ends periodic").exitCode == 0);
+  CHECK(readPos(folder / "RBC.pos").size() == cells);
+  ok(folder, "check --box 32 18 60 --ends periodic");
   CHECK_THAT(ran.out, Contains("periodic box 32 x 18 x 60"));
   // Images of one cell follow each other.
-  const auto lines = readPos(folder.path() / "RBC.pos");
+  const auto lines = readPos(folder / "RBC.pos");
   CHECK(lines[1].position == lines[0].position + Vec3(0, 0, 20));
   CHECK(lines[1].angles == lines[0].angles);
-  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  const auto report = readJson(folder / "report.json");
   CHECK(report["species"][0]["placed"] == cells);
   const auto& repeated = report["repeated"];
   CHECK(repeated["times"] == nlohmann::json({2, 1, 3}));
@@ -67,7 +67,7 @@ TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
   CHECK(repeated["certificate"]["minimumGap"].get<double>() ==
         Approx(report["certificate"]["minimumGap"].get<double>()));
   CHECK(repeated["statistics"]["sweeps"] > 0);
-  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
+  ok(folder, "16 18 20 --ends periodic --rbc 3 --walls x --tile 1 2 1");
 }
 
 // Sessions, without a process: what they make, hand out and refuse.
@@ -123,11 +123,11 @@ TEST_CASE("A session hands out a packing that is certified, counted and kept by 
 
 TEST_CASE("A packing has its state if one is requested, which is not written by the session", "[session]") {
   const test::TemporaryFolder folder;
-  Quiet quiet({"16", "16", "16", "--rbc", "4", "--state", (folder.path() / "new" / "s.h5").string()});
+  Quiet quiet({"16", "16", "16", "--rbc", "4", "--state", (folder / "new" / "s.h5").string()});
   const Packing packing = quiet.pack();
   CHECK(packing.state);
-  CHECK(std::filesystem::is_directory(folder.path() / "new"));
-  CHECK(std::filesystem::is_empty(folder.path() / "new"));
+  CHECK(std::filesystem::is_directory(folder / "new"));
+  CHECK(std::filesystem::is_empty(folder / "new"));
 }
 
 TEST_CASE("A packing that is repeated has the one before, and is of a larger box", "[session]") {
@@ -175,7 +175,7 @@ TEST_CASE("An interrupted session hands out nothing", "[session]") {
 
 TEST_CASE("Soft cells whose certificate is interrupted are certified when the run continues", "[session]") {
   const test::TemporaryFolder folder;
-  const std::string state = (folder.path() / "s.h5").string(), checkpoint = folder.path() / "s.checkpoint.h5";
+  const std::string state = (folder / "s.h5").string(), checkpoint = folder / "s.checkpoint.h5";
   const std::vector<std::string> asked = {"10",   "10",     "10",      "--ends", "periodic", "--hematocrit",
                                           "0.73", "--soft", "--state", state,    "--seed",   "3"};
   std::int64_t polls = 0, most = std::numeric_limits<std::int64_t>::max();

@@ -208,7 +208,7 @@ TEST_CASE("What cannot be packed or is not clean has exit codes of its own", "[e
     const SampleCase folder;
     row.spoil(folder.path());
     const int before = folder.files();
-    const Ran ran = run(folder.path(), row.arguments);
+    const Ran ran = run(folder, row.arguments);
     INFO("packMesh " << row.arguments << "\n" << ran.all());
     CHECK(ran.exitCode == row.exitCode);
     CHECK_THAT(ran.all(), Contains(row.message));

@@ -8,6 +8,7 @@
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "hemocell_adapter/settings/packing_section.h"
+#include "packMesh/packing/state_file.h"
 #include "tests/support/catch.h"
 
 using namespace packmesh;
