@@ -64,7 +64,7 @@ if ! apt-cache show "${missing[@]}" &> /dev/null || ! install; then
   if [[ ${1:-} == --full ]]; then # CMake leaves out tests whose programs are not there: Ubuntu has Chromium as a snap alone
     present=()
     for package in "${missing[@]}"; do
-      if apt-cache policy "$package" | grep -q 'Candidate: [^(]' || "${BASH_SOURCE[0]}" --list | grep -qxF "$package"; then
+      if apt-cache policy "$package" | grep 'Candidate: [^(]' > /dev/null || "${BASH_SOURCE[0]}" --list | grep -xF "$package" > /dev/null; then
         present+=("$package")
       else
         echo "(packMesh) Not installed, because this system does not have it: $package"
