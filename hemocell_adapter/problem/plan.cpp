@@ -142,14 +142,15 @@ std::vector<Rung> softRungs(const Problem& problem) {
   last.fewerCells = request.bestEffort;
   if (!problem.lumen.solidWalls || !problem.lumen.container->wall() || !mayHaveRoom) return {last};
   Rung withRoom = last;
-  if (!ofNodes)
-    withRoom.clearances.wall = std::max(problem.demanded.wall, wallClearanceOfSoft * request.dx);
-  else
+  if (ofNodes) {
     withRoom.smoothWalls = true;  // room is what the smooth wall of nodes leaves
+  } else {
+    withRoom.clearances.wall = std::max(problem.demanded.wall, wallClearanceOfSoft * request.dx);
+    last.lessRoomThan = withRoom.clearances.wall;
+  }
   withRoom.share = shareWithRoom;
   withRoom.most = atMost(iterationsWithRoom, request.maxIterations);
   withRoom.fewerCells = withRoom.savesFailed = false;
-  if (!ofNodes) last.lessRoomThan = withRoom.clearances.wall;
   return {withRoom, last};
 }
 
@@ -182,12 +183,13 @@ std::string Rung::text(bool limited) const {
   return text;
 }
 
-std::vector<std::string> Plan::lines() const {
+std::vector<std::string> Plan::lines(bool limited) const {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < rungs.size(); ++i) {
     lines.push_back(fmt::format("{}. {}", i + 1, rungs[i].text(limited)));
     if (rungs[i].otherwise != i + 1) lines.back() += fmt::format("; otherwise {}", rungs[i].otherwise + 1);
   }
+  if (widens) lines.emplace_back("afterwards: larger clearances between membranes");
   return lines;
 }
 
@@ -195,7 +197,6 @@ Plan planOf(const Problem& problem, LumenSample& sample, Begin begin) {
   const Request& request = problem.request;
   Plan plan;
   plan.widens = request.largestClearance;
-  plan.limited = request.maxSeconds > 0.0;
   std::vector<Rung>& rungs = plan.rungs;
   const bool soft = maySoften(problem);
   const bool asIfNeeded = soft && request.softIfNeeded && begin == Begin::anew &&
@@ -235,6 +236,7 @@ Rung widerRung(const Problem& problem, const Clearances& clearances) {
   Rung rung;
   rung.clearances = clearances;
   rung.most = problem.request.maxIterations.value_or(thoroughSweeps);
+  rung.savesStates = false;
   return rung;
 }
 

@@ -38,18 +38,17 @@ struct Rung {
   };
   Cells cells = Cells::undeformed;
   Clearances clearances;
-  std::size_t otherwise =
-      0;  ///< the rung to try next if this one does not succeed; with no such number the run ends
-  double until = 1.0,
-         share = 1.0;     ///< of the time limit: when it ends; of the time until then: what it may take
-  std::int64_t most = 0;  ///< sweeps or iterations; 0: as many as the request allows
+  std::size_t otherwise = 0;      ///< the next rung if this one fails; if there is none, the run ends
+  double until = 1.0;             ///< share of the time limit at which it ends
+  double share = 1.0;             ///< of the time until then, that it may take
+  std::int64_t most = 0;          ///< sweeps or iterations; 0: as many as the request allows
   std::int64_t sweepsForFew = 0;  ///< further ones if only few contacts are left then
   bool someCloser = false;        ///< a few cells may keep less
-  bool fewerCells = false;   ///< if not all cells can be packed, the densest packing of fewer is searched for
-  bool savesStates = true;   ///< from which a run continues
-  bool savesFailed = true;   ///< of soft cells: also that of an attempt that did not succeed
-  bool smoothWalls = false;  ///< of fluid nodes, for soft cells
-  double lessRoomThan = 0.0;  ///< soft cells are nearer to the wall than they should be [µm]; 0: they are not
+  bool fewerCells = false;        ///< if not all can be packed, as many as possible are
+  bool savesStates = true;        ///< from which a run continues
+  bool savesFailed = true;        ///< of soft cells: also that of an attempt that failed
+  bool smoothWalls = false;       ///< of fluid nodes, for soft cells
+  double lessRoomThan = 0.0;  ///< soft cells may be nearer to the wall than they should [µm]; 0: they may not
 
   bool isSoft() const { return cells == Cells::soft; }
   /// "soft cells, 0.35 µm to the wall, at most 4000 iterations". @param limited the run has a time limit
@@ -60,11 +59,10 @@ struct Rung {
 /// probe, after which the next one follows.
 struct Plan {
   std::vector<Rung> rungs;
-  bool widens = false;   ///< afterwards: the clearance between membranes is enlarged as far as possible
-  bool limited = false;  ///< there is a time limit
+  bool widens = false;  ///< afterwards: the clearance between membranes is enlarged as far as possible
 
-  /// One line for each rung: "1. undeformed cells, ...; otherwise 3".
-  std::vector<std::string> lines() const;
+  /// One line for each rung: "1. undeformed cells, ...; otherwise 3". @param limited as above
+  std::vector<std::string> lines(bool limited) const;
 };
 
 /// What a run continues from.
@@ -77,7 +75,7 @@ enum class Begin {
 /// The plan for a problem. Deterministic: the same on all ranks.
 Plan planOf(const Problem& problem, LumenSample& sample, Begin begin = Begin::anew);
 
-/// The least wall time of the next rung [s], given what has passed; 0: no limit.
+/// Wall time that a rung may take [s], given the time limit and what has passed; 0: no limit.
 double secondsOf(const Rung& rung, double limit, double elapsed);
 
 /// Time for the largest clearance if no limit is given [s].

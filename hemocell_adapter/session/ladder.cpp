@@ -196,7 +196,7 @@ Begin Ladder::findBegin() const {
 Packing Ladder::climb() {
   const Request& request = problem_->request;
   const Plan plan = planOf(*problem_, sample_, begin_);
-  for (const std::string& line : plan.lines()) log::detail("Plan: " + line);
+  for (const std::string& line : plan.lines(request.maxSeconds > 0.0)) log::detail("Plan: " + line);
   Packing best = nothing(Outcome::outOfReach);
   for (std::size_t i = firstRung(plan); i < plan.rungs.size();) {
     const Rung& rung = plan.rungs[i];
@@ -204,7 +204,8 @@ Packing Ladder::climb() {
     if (rung.isSoft() && request.softIfNeeded && whyNotSoft_.empty() && begin_ == Begin::anew)
       log::info("Undeformed cells cannot be packed as requested: cells are soft");
     auto tried = attempt(rung, secondsOf(rung, request.maxSeconds, elapsed()));
-    const bool enough = tried && (tried->outcome != Outcome::outOfReach || tried->cellCount > 0);
+    if (tried && tried->outcome == Outcome::interrupted) return *tried;
+    const bool enough = tried && (tried->outcome == Outcome::certified || tried->cellCount > 0);
     if (tried && !probes) best = std::move(*tried);
     if (enough && !probes) break;
     i = enough ? i + 1 : rung.otherwise;
@@ -220,7 +221,8 @@ void Ladder::finish(const Packing& packing) const {
   if (packing.cellCount == 0 && packing.statistics.effort() == 0) return;
   tellEffort(packing.statistics, ranks());
   if (packing.problem == problem_) warnOfNoRoom(packing);
-  if (request.softIfNeeded && whyNotSoft_.empty() && packing.problem == problem_)
+  if (request.softIfNeeded && packing.problem == problem_ && packing.outcome == Outcome::certified &&
+      whyNotSoft_.empty())
     log::info("Undeformed cells could be packed: none are soft");
   const bool promised = output_.stateFile && packing.cellCount > 0 &&
                         (packing.outcome == Outcome::certified || request.bestEffort);
@@ -252,7 +254,9 @@ std::optional<Packing> Ladder::attempt(const Rung& rung, double seconds) {
   if (rung.isSoft()) return attemptSoft(rung, seconds);
   if (rung.cells == Rung::Cells::undeformed) return attemptUndeformed(problem_, rung, seconds);
   const PartsToPack parts = partsAt(*problem_, problem_->layout, rung.clearances);
-  const bool succeeds = canPackUndeformed(softProblem(parts, rung, seconds), softSpeciesOf(*problem_, parts));
+  PackingProblem packing = softProblem(parts, rung, seconds);
+  start(packing, false);
+  const bool succeeds = canPackUndeformed(packing, softSpeciesOf(*problem_, parts));
   return nothing(isInterrupted() ? Outcome::interrupted
                  : succeeds      ? Outcome::certified
                                  : Outcome::outOfReach);
@@ -359,11 +363,10 @@ Packing Ladder::attemptSoft(const Rung& rung, double seconds) {
   Packing packed = nothing(soft.outcome);
   if (!interrupted && !soft.cells.empty()) {
     if (const double room = rung.lessRoomThan; room > 0.0)
-      log::warning(
-          fmt::format("vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid "
-                      "node: HemoCell "
-                      "deletes cells with a vertex on one, and a smaller dx leaves them more room{}",
-                      room, whyNotWithRoom_.empty() ? "" : "; that far from the wall " + whyNotWithRoom_));
+      log::warning(fmt::format(
+          "vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid node: "
+          "HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more room{}",
+          room, whyNotWithRoom_.empty() ? "" : "; that far from the wall " + whyNotWithRoom_));
     if (const auto warning = strayWarning(problem, parts, soft.cells)) log::warning(*warning);
     packed = certified(std::make_shared<const Problem>(problemOfSoftCells(problem, parts, soft.cells)));
     interrupted = packed.outcome == Outcome::interrupted;
@@ -387,6 +390,7 @@ Packing Ladder::certified(const std::shared_ptr<const Problem>& softCells) {
   return packed;
 }
 
+/// There are no states: they are of one attempt each.
 void Ladder::widen(Packing& best) {
   const double limit = problem_->request.maxSeconds > 0.0 ? problem_->request.maxSeconds : defaultSearch;
   for (double failed = 0.0, left = limit - elapsed(); left > 0.0; left = limit - elapsed()) {
@@ -394,7 +398,7 @@ void Ladder::widen(Packing& best) {
     if (!wider) return;
     std::optional<Packing> tried = attempt(widerRung(*problem_, {*wider, best.wallClearance}), left);
     if (tried && tried->outcome == Outcome::interrupted) {
-      best.outcome = Outcome::interrupted;  // the state that was saved is that of its cells
+      best.outcome = Outcome::interrupted;
       return;
     }
     if (tried && tried->outcome == Outcome::certified)

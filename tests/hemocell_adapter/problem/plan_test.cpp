@@ -110,7 +110,7 @@ TEST_CASE("Clearances are tried one after another, the last ones without limits 
   CHECK(first.someCloser);
   CHECK(last.most == 0);
   for (std::size_t i = 0; i < plan.rungs.size(); ++i) CHECK(plan.rungs[i].otherwise == i + 1);
-  CHECK(plan.lines().front() ==
+  CHECK(plan.lines(false).front() ==
         "1. undeformed cells, 0.05 µm between membranes, 0.5 µm to the wall, at most 600 sweeps");
   CHECK(secondsOf(first, 10.0, 2.0) == 2.0);
   CHECK(secondsOf(last, 10.0, 2.0) == 8.0);
@@ -120,7 +120,8 @@ TEST_CASE("Clearances are tried one after another, the last ones without limits 
   auto limited = box;
   limited.insert(limited.end(), {"--max-iterations", "50", "--max-time", "9"});
   CHECK(planFor(limited).rungs.front().most == 50);
-  CHECK_THAT(planFor(limited).lines().front(), EndsWith("at most 50 sweeps, 25 % of the time that is left"));
+  CHECK_THAT(planFor(limited).lines(true).front(),
+             EndsWith("at most 50 sweeps, 25 % of the time that is left"));
 }
 
 TEST_CASE("Cells are soft where undeformed ones do not fit", "[soft]") {

@@ -104,6 +104,26 @@ TEST_CASE("Soft cells that are out of reach are none, or fewer", "[attempts]") {
   CHECK_THAT(fewer.whyFewer, Contains("; "));
 }
 
+TEST_CASE("Cells are undeformed where they fit beside fixed soft ones", "[attempts]") {
+  const TemporaryFolder folder;
+  ok(folder, "10 10 10 --ends periodic --hematocrit 0.7 --plt_ratio 0 --soft --state s.h5");
+  const std::vector<std::string> asked = {
+      "10", "10", "10", "--ends", "periodic", "--fixed", (folder.path() / "s.h5").string(), "--plt", "4"};
+  const std::vector<std::vector<std::string>> ways = {
+      {}, {"--soft"}, {"--soft=auto"}, {"--soft", "--rigid", "PLT"}};
+  for (const auto& way : ways) {
+    std::vector<std::string> words = asked;
+    words.insert(words.end(), way.begin(), way.end());
+    Attempts of(words);
+    const Packing packing = of.ladder.climb();
+    CHECK(packing.outcome == Outcome::certified);
+    CHECK(packing.problem == of.problem);
+    CHECK(packing.cellCount == of.problem->mostCells());
+    for (const PlacedCell& cell : packing.cells)
+      if (of.problem->species[cell.species].name == "PLT") CHECK(cell.shape == cell.species);
+  }
+}
+
 TEST_CASE("The remaining time of soft cells follows from what is left and what was done", "[attempts]") {
   const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--soft"});
   LumenSample sample(*problem);
