@@ -401,7 +401,7 @@ def time_limit(j):
             done = j.done(folder, ranks, f"14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time {seconds} --method cat")
             if done.returncode == 0:
                 break
-            require(done.returncode == 3 and "the time limit " in done.stdout + done.stderr,
+            require(done.returncode == 3 and re.search(r"the time limit |0 of \d+ RBC; limits: [^;]* s;", done.stdout + done.stderr),
                     f"exit code {done.returncode} on {ranks} ranks, {seconds} s\n" + (done.stdout + done.stderr)[-1500:])
         require(int((folder / "RBC.pos").read_text().split()[0]) > 0, f"nothing was packed on {ranks} ranks")
     j.run_in(j.folders[0], 1, "check --box 14 14 14 --ends periodic")
