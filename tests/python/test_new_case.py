@@ -204,6 +204,7 @@ def rounded(path, radius, around=32):
     return np.concatenate([vertices, *more]), np.concatenate([triangles, np.array(faces)[:, ::-1]])
 
 
+@pytest.mark.long
 def test_rounded_ends_are_cut_off(tmp_path):
     """By planes, where they are stated; what lies beyond the same plane elsewhere stays."""
     half = np.linspace(0, np.pi, 61)
@@ -259,6 +260,7 @@ def test_the_ends_of_a_channel_are_its_smallest_faces(tmp_path):
     assert 60 < case.size[0] < 61.1 and case.size[1:] == pytest.approx((24, 20)) and case.narrowest == pytest.approx(20, abs=0.8)
 
 
+@pytest.mark.long
 def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
     write_off(tmp_path / "bend.off", *swept(hooked(), 6.0, (False, False)))
     refused("outlines of the two ends differ by .*--mirror adds", lambda: packmesh.new_case(tmp_path / "bend.off", unit="um"))
@@ -367,6 +369,7 @@ def cubes(inside, edge):
     return corners * edge, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("radii", [(3.0,), (3.0, 3.0), (3.0, 3.0, 3.0), (4.0, 2.0)])
 def test_branches_are_parallel(radii):
     """Their conductances add up; as one tube of the common section two would let pass twice as much."""
@@ -378,6 +381,7 @@ def test_branches_are_parallel(radii):
     assert found.largest == pytest.approx(max(4 * flow / (np.pi * radius**3) for flow, radius in zip(flows, radii)), rel=0.05)
 
 
+@pytest.mark.long
 def test_a_blind_branch_and_a_pillar():
     """Nothing flows into a branch that ends; a pillar makes a section narrower."""
     inside = np.zeros((240, 60, 40), bool)
@@ -438,8 +442,9 @@ def test_the_resistance_from_an_inlet_to_any_face(path, tmp_path):
     assert found.largest == pytest.approx(4 / (np.pi * 3**3), rel=0.01)
 
 
-@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)), *(pytest.param(*one, marks=pytest.mark.long) for one in (
-    ((3, 50, 20), (2, 50, 28)), ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))))])
+@pytest.mark.long
+@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)),
+    ((3, 50, 20), (2, 50, 28)), ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))])
 def test_side_branches_share_the_flow(along_y, along_z):
     """A trunk of 8 µm and two branches in parallel, by the law of Hagen and Poiseuille: the largest shear rate is in the branch whose flow is large for its width."""
     found = vessel_flow.resistance_of(fed(tee((4, 32), along_y, along_z), ["y+", "z+"]))
@@ -489,6 +494,7 @@ def test_a_throat_is_found_in_a_long_side_branch():
     assert throat.sum() >= 3 and of.area[throat].min() == pytest.approx(np.pi * 1.5**2, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_strut_in_a_vessel_makes_its_sections_smaller():
     """It is fixed to a wall at both of its ends, and levels cut it along the flow."""
     inside = np.zeros((160, 24, 24), bool)
@@ -565,6 +571,7 @@ def test_the_narrowest_place_is_that_of_the_widest_way(tmp_path):
     assert fed.size[0] > case.size[0] + 0.5 * fed.particle_envelope  # straight as far as HemoCell copies cells
 
 
+@pytest.mark.long
 def test_the_stress_behind_a_pre_inlet_is_that_of_the_narrowest_branch(tmp_path):
     """A tube that turns to y and narrows there to a half."""
     path = hooked()
@@ -659,6 +666,7 @@ def test_how_often_membranes_are_computed(dx, steps):
     assert vessel_plan.membrane_steps(dx, 4e5 * (dx * 1e-6)**2) == steps
 
 
+@pytest.mark.long
 def test_own_cells_have_the_constants_of_the_library(tmp_path):
     write_stl(tmp_path / "tube.stl", *swept(straight(), 10.0))
     packmesh.new_case(tmp_path / "tube.stl", tmp_path / "case", unit="um", hematocrit=0.1)
@@ -819,6 +827,7 @@ def test_meshes_of_cells_with_one_name(tube, tmp_path):
     refused("not config", lambda: packmesh.new_case(tube, cells={tmp_path / "config.xml": 0.05}))
 
 
+@pytest.mark.long
 def test_cells_that_hemocell_cannot_simulate_are_refused(tube, tmp_path):
     """It ends without a message where a constant is missing; those of packMesh have all."""
     for name, missing in (("RBC", "kBend"), ("WBC", "coreRadius")):
@@ -844,7 +853,8 @@ def test_links_of_vertices_that_a_cell_does_not_have(link, tube, tmp_path):
     refused("vertices from 0 to 161", lambda: packmesh.new_case(tube, dx=1, cells={tmp_path / "WBC.xml": 0.01}))
 
 
-@pytest.mark.parametrize("drive", ["periodic", pytest.param("inlet", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["periodic", "inlet"])
 def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube, tmp_path):
     """As many as the fluid nodes hold, as the plug-in counts; of .pos files, those of the surface."""
     case = packmesh.new_case(tube, tmp_path / "case", drive=drive, hematocrit=0.3, platelets=0.1)
@@ -855,7 +865,8 @@ def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube,
     assert packmesh.pack(case=tmp_path / "files/config.xml").request.get("ends") is None and files.counts["RBC"] != count
 
 
-@pytest.mark.parametrize("drive", ["periodic", pytest.param("inlet", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("drive", ["periodic", "inlet"])
 def test_plasma_alone(drive, tube, tmp_path):
     case = packmesh.new_case(tube, tmp_path / "case", hematocrit=0, drive=drive)
     assert case.counts == {} and any(line.endswith(": none, plasma alone") for line in case.text)
@@ -956,6 +967,7 @@ def test_arguments_are_examined_as_by_the_command(name, value, tube):
     refused(f"^{name}: ", lambda: packmesh.new_case(tube, **{"unit": "um", "hematocrit": 0, name: value}))
 
 
+@pytest.mark.long
 def test_arguments_may_be_of_numpy(tube, tmp_path):
     """The command in README.md is the same."""
     with warnings.catch_warnings():

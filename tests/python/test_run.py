@@ -220,6 +220,7 @@ def fed(tmp_path_factory):
     return folder / "case", packmesh.new_case(folder / "vessel.stl", folder / "case", dx=1, velocity=2)
 
 
+@pytest.mark.long
 def test_outlets_and_branches(fed):
     """Ends of a vessel behind a pre-inlet apart from the inlet, and the parts between the fork and each of them."""
     folder, made = fed
@@ -237,6 +238,7 @@ def test_outlets_and_branches(fed):
     np.testing.assert_array_equal(branches.of(np.array([middle * [0, 1, 1] + [3, 0, 0], middle * [0, 1, 1] + [40, 0, 0], first - [5, 0, 0], second - [5, 0, 0]])), [0, 0, 1, 2])
 
 
+@pytest.mark.long
 def test_outlets_across_other_axes(tmp_path):
     """The lumen of a vessel without ends across x on both sides consists of the fluid nodes: its ends are those of the surface."""
     turn, around = np.linspace(0, np.pi / 2, 17), np.linspace(0, 2 * np.pi, 24, endpoint=False)
@@ -254,6 +256,7 @@ def test_outlets_across_other_axes(tmp_path):
     np.testing.assert_allclose(found.center, np.array(outlet["center"]) + 1, atol=0.1)
 
 
+@pytest.mark.long
 def test_flow_behind_a_pre_inlet(fed):
     """It is that at the inlet: farther on, part of it flows along other axes, or has left."""
     folder, made = fed
@@ -273,6 +276,7 @@ def test_flow_behind_a_pre_inlet(fed):
     assert found == pytest.approx(2e3 * np.pi / 4 * inlet["diameter"] ** 2, rel=0.03)
 
 
+@pytest.mark.long
 def test_cells_leave_at_outlets(fed):
     """Of three cells that disappear one was at an outlet, one came there until the next step, and one was inside."""
     folder, made = fed
@@ -361,6 +365,7 @@ def test_page(case):
     assert re.search(r"100 +0\.010 +72 +0 +0\.0", output)
 
 
+@pytest.mark.long
 def test_steps_and_damage(case):
     writer = Writer(case / "out")
     for iteration in range(0, 500, 100):
@@ -560,6 +565,7 @@ def test_without_triangles(case):
     assert "volume" not in text and "overlaps" not in text and (case / "out/run.html").exists()
 
 
+@pytest.mark.long
 def test_many_cells(case):
     """2,000 cells of a box 120 µm wide without a case: numbers, shapes and overlaps."""
     random = np.random.default_rng(4)

@@ -197,12 +197,12 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
 
 }  // namespace
 
-TEST_CASE("A run killed at random times continues to the same files") {
+TEST_CASE("A run killed at random times continues to the same files", "[long]") {
   requireSameAfterKills(undisturbed("20 20 20 --ends periodic --hematocrit 0.57 --plt_ratio 0.05"), 24,
                         {"TERM", "KILL"});
 }
 
-TEST_CASE("Growth killed at random times continues to the same files") {
+TEST_CASE("Growth killed at random times continues to the same files", "[long]") {
   if (!hasCat()) return;
   const Undisturbed grown = undisturbed("18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat");
   requireSameAfterKills(grown, 8, {"TERM", "KILL"});
@@ -239,7 +239,7 @@ wait $pid
 }
 
 // But for repair, which lasts a millisecond: packing_problem_test.cpp interrupts it.
-TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of that stage") {
+TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of that stage", "[long]") {
   struct Case {
     std::string arguments;
     std::vector<std::string> stages;  ///< which it passes through

@@ -6,7 +6,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Escapes in several blocks do not depend on the number of ranks", "[mpi]") {
+TEST_CASE("Escapes in several blocks do not depend on the number of ranks", "[mpi][long]") {
   const Communicator ranks = Communicator::world();
   test::LongBox shared;
   shared.execution.communicator = ranks;

@@ -31,7 +31,7 @@ double distance(const Vec3& a, const Vec3& b, const Vec3& period) {
 
 }  // namespace
 
-TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[mpi][certificate]") {
+TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[mpi][certificate][long]") {
   const Communicator ranks = Communicator::world();
   const bool periodic = GENERATE(true, false);
   const Box bounds{Vec3(-5, 0, 3), Vec3(55, 30, 43)};

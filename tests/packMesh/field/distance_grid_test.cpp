@@ -68,7 +68,7 @@ TEST_CASE("ClosestPoint agrees with brute force", "[geometry][shape]") {
     std::vector<double> expected;  // the same with every band
     for (const double band : {0.0, 0.7, 100.0}) {
       const DistanceGrid grid =
-          sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(2.0), 0.21, band);
+          sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(2.0), 0.3, band);
       REQUIRE(grid.box().contains(boundingBox(mesh).hi + 2.0 * Vec3::Ones()));
       std::size_t index = 0;
       for (int k = 0; k < grid.nodes[2]; ++k)

@@ -90,6 +90,17 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
     REQUIRE(relaxing > 4);
     REQUIRE(repairing > 0);
   }
+#if PACKMESH_CAT
+  SECTION("growth") {
+    PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
+    test::useCat(problem);
+    REQUIRE(of(requireSameWayFromAnyState(problem), Stage::engine) > 5);
+  }
+#endif
+}
+
+TEST_CASE("A run continued from any of its states gives the same result, in vessels, annealing and escaping",
+          "[long]") {
   SECTION("walls, clearances, cells that do not rotate") {
     PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 12.0, 60.0, false), 0.2, 3);
     problem.physics.clearance = 0.1;
@@ -107,11 +118,6 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
     REQUIRE(seen.annealing > 1);
   }
 #if PACKMESH_CAT
-  SECTION("growth") {
-    PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-    test::useCat(problem);
-    REQUIRE(of(requireSameWayFromAnyState(problem), Stage::engine) > 5);
-  }
   SECTION("growth with tetrahedra, and attempts in vain") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.62, 5);
     CatSettings& cat = test::useCat(problem);

@@ -41,7 +41,7 @@ std::vector<double> numbersOf(const PackingResult& result, const Communicator& r
 }  // namespace
 
 TEST_CASE("State files have the same bytes on any number of ranks, and any other number can continue them",
-          "[mpi]") {
+          "[mpi][long]") {
   const Communicator ranks = Communicator::world();
   std::optional<test::TemporaryFolder> folder;
   if (ranks.rank() == 0) folder.emplace();
