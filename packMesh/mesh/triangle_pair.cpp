@@ -129,67 +129,118 @@ bool trianglesMeet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b
 
 namespace {
 
-double clampToUnit(double x) {
-  return x > 0.0 ? (x < 1.0 ? x : 1.0) : 0.0;
-}
+using Pair = double __attribute__((vector_size(16)));
 
-/// Corner, the three edges and the normal of a triangle.
-struct Parts {
-  Vec3 corner[3], edge[3], normal;
-  double edgeSquared[3], normalSquared;
+/// Which of three numbers.
+struct Choice {
+  decltype(Pair{} < Pair{}) a, b;
+  friend Choice operator&(const Choice& l, const Choice& r) { return {l.a & r.a, l.b & r.b}; }
+};
 
-  Parts(const Vec3& a, const Vec3& b, const Vec3& c) : corner{a, b, c}, edge{b - a, c - b, a - c} {
-    normal = edge[0].cross(edge[1]);
-    normalSquared = normal.squaredNorm();
-    for (int k = 0; k < 3; ++k) edgeSquared[k] = edge[k].squaredNorm();
+/// Three numbers, of corners or edges, the last one twice: with them there are no branches, which take twice
+/// as long here as what is computed in vain.
+struct Triple {
+  Pair a, b;
+
+  Triple(const Pair& firstTwo, const Pair& last) : a(firstTwo), b(last) {}
+  Triple(double all) : Triple(all, all, all) {}
+  Triple(double first, double second, double third) : a{first, second}, b{third, third} {}
+
+  friend Triple operator+(const Triple& l, const Triple& r) { return {l.a + r.a, l.b + r.b}; }
+  friend Triple operator-(const Triple& l, const Triple& r) { return {l.a - r.a, l.b - r.b}; }
+  friend Triple operator*(const Triple& l, const Triple& r) { return {l.a * r.a, l.b * r.b}; }
+  friend Triple operator/(const Triple& l, const Triple& r) { return {l.a / r.a, l.b / r.b}; }
+  friend Choice operator<(const Triple& l, const Triple& r) { return {l.a < r.a, l.b < r.b}; }
+  friend Triple select(const Choice& where, const Triple& l, const Triple& r) {
+    return {where.a ? l.a : r.a, where.b ? l.b : r.b};
   }
 };
 
-/// Squared distance of the corners of `p` to the interior of `t`, if their projections lie inside it.
-double cornersToFace(const Parts& p, const Parts& t) {
-  double least = std::numeric_limits<double>::infinity();
-  if (!(t.normalSquared > 0.0)) return least;
-  const Vec3 inward[3] = {t.normal.cross(t.edge[0]), t.normal.cross(t.edge[1]), t.normal.cross(t.edge[2])};
-  for (const Vec3& corner : p.corner) {
-    if (inward[0].dot(corner - t.corner[0]) < 0.0 || inward[1].dot(corner - t.corner[1]) < 0.0 ||
-        inward[2].dot(corner - t.corner[2]) < 0.0)
-      continue;
-    const double height = t.normal.dot(corner - t.corner[0]);
-    least = std::min(least, height * height / t.normalSquared);
+/// The least of each pair; the first where the second is NaN.
+Triple least(const Triple& l, const Triple& r) {
+  return select(r < l, r, l);
+}
+double leastOf(const Triple& all) {
+  return std::min({all.a[0], all.a[1], all.b[0]});
+}
+
+const Triple farAway = std::numeric_limits<double>::infinity();
+
+/// Three points or vectors.
+struct Points {
+  Triple x, y, z;
+
+  Points(const Triple& xs, const Triple& ys, const Triple& zs) : x(xs), y(ys), z(zs) {}
+  Points(const Vec3& a, const Vec3& b, const Vec3& c)
+      : x(a.x(), b.x(), c.x()), y(a.y(), b.y(), c.y()), z(a.z(), b.z(), c.z()) {}
+  explicit Points(const Vec3& all) : x(all.x()), y(all.y()), z(all.z()) {}
+
+  Triple dot(const Points& r) const { return x * r.x + y * r.y + z * r.z; }
+  Triple squaredNorm() const { return dot(*this); }
+  friend Points operator+(const Points& l, const Points& r) { return {l.x + r.x, l.y + r.y, l.z + r.z}; }
+  friend Points operator-(const Points& l, const Points& r) { return {l.x - r.x, l.y - r.y, l.z - r.z}; }
+  friend Points operator*(const Triple& s, const Points& r) { return {s * r.x, s * r.y, s * r.z}; }
+};
+
+/// Corners, edges and normal of a triangle.
+struct Parts {
+  Vec3 corner[3], edge[3], normal;
+  double edgeSquared[3], normalSquared;
+  Points corners, edges;
+  Triple edgesSquared;
+
+  Parts(const Vec3& a, const Vec3& b, const Vec3& c)
+      : corner{a, b, c},
+        edge{b - a, c - b, a - c},
+        normal(edge[0].cross(edge[1])),
+        edgeSquared{edge[0].squaredNorm(), edge[1].squaredNorm(), edge[2].squaredNorm()},
+        normalSquared(normal.squaredNorm()),
+        corners(a, b, c),
+        edges(edge[0], edge[1], edge[2]),
+        edgesSquared(edgeSquared[0], edgeSquared[1], edgeSquared[2]) {}
+};
+
+/// Squared distances of the corners of `p` to the interior of `t`, if their projections lie inside it.
+Triple cornersToFace(const Parts& p, const Parts& t) {
+  if (!(t.normalSquared > 0.0)) return farAway;
+  const Points normal(t.normal);
+  const Triple height = normal.dot(p.corners - Points(t.corner[0]));
+  Triple distance = height * height / t.normalSquared;
+  for (int k = 0; k < 3; ++k) {
+    const Triple inward = Points(t.normal.cross(t.edge[k])).dot(p.corners - Points(t.corner[k]));
+    distance = select(inward < 0.0, farAway, distance);
   }
-  return least;
+  return distance;
 }
 
-/// Squared distance of the corners of `p` to the edges of `t`.
-double cornersToEdges(const Parts& p, const Parts& t) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Vec3& corner : p.corner)
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 offset = corner - t.corner[k];
-      const double s = t.edgeSquared[k] > 0.0 ? clampToUnit(offset.dot(t.edge[k]) / t.edgeSquared[k]) : 0.0;
-      least = std::min(least, (offset - s * t.edge[k]).squaredNorm());
-    }
-  return least;
+/// Squared distances of the corners of `p` to the edges of `t`, the least to each.
+Triple cornersToEdges(const Parts& p, const Parts& t) {
+  Triple nearest = farAway;
+  for (const Vec3& corner : p.corner) {
+    const Points offset = Points(corner) - t.corners;
+    const Triple along = offset.dot(t.edges) / t.edgesSquared, within = select(along < 1.0, along, 1.0);
+    const Triple s = select((0.0 < along) & (0.0 < t.edgesSquared), within, 0.0);
+    nearest = least(nearest, (offset - s * t.edges).squaredNorm());
+  }
+  return nearest;
 }
 
-/// Squared distance between edges whose nearest points are both interior. It is computed between two points
-/// on the edges, so that an ill-conditioned (nearly parallel) pair cannot give too small a value; the end
-/// points of such edges are as near and are covered by cornersToEdges.
-double edgesToEdges(const Parts& p, const Parts& t) {
-  double least = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < 3; ++k)
-    for (int l = 0; l < 3; ++l) {
-      const Vec3 offset = t.corner[l] - p.corner[k];
-      const double cosine = p.edge[k].dot(t.edge[l]);
-      const double determinant = p.edgeSquared[k] * t.edgeSquared[l] - cosine * cosine;
-      if (!(determinant > 0.0)) continue;
-      const double alongP = offset.dot(p.edge[k]), alongT = offset.dot(t.edge[l]);
-      const double s = (alongP * t.edgeSquared[l] - alongT * cosine) / determinant;
-      const double u = (alongP * cosine - alongT * p.edgeSquared[k]) / determinant;
-      if (s > 0.0 && s < 1.0 && u > 0.0 && u < 1.0)
-        least = std::min(least, (offset + u * t.edge[l] - s * p.edge[k]).squaredNorm());
-    }
-  return least;
+/// Squared distances between edges whose nearest points are both interior, the least to each of `t`. They are
+/// computed between two points on the edges, so that an ill-conditioned (nearly parallel) pair cannot give
+/// too small a value; the end points of such edges are as near and are covered by cornersToEdges.
+Triple edgesToEdges(const Parts& p, const Parts& t) {
+  Triple nearest = farAway;
+  for (int k = 0; k < 3; ++k) {
+    const Points edge(p.edge[k]), offset = t.corners - Points(p.corner[k]);
+    const Triple cosine = edge.dot(t.edges), alongP = offset.dot(edge), alongT = offset.dot(t.edges);
+    const Triple determinant = p.edgeSquared[k] * t.edgesSquared - cosine * cosine;
+    const Triple s = (alongP * t.edgesSquared - alongT * cosine) / determinant;
+    const Triple u = (alongP * cosine - alongT * p.edgeSquared[k]) / determinant;
+    const Choice inside = (0.0 < determinant) & (0.0 < s) & (s < 1.0) & (0.0 < u) & (u < 1.0);
+    const Triple squared = (offset + u * t.edges - s * edge).squaredNorm();
+    nearest = least(nearest, select(inside, squared, farAway));
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -198,8 +249,9 @@ double triangleDistance(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Ve
                         const Vec3& b2) {
   // Relative to a corner, so that the position of distant triangles causes no further loss of digits.
   const Parts a(Vec3::Zero(), a1 - a0, a2 - a0), b(b0 - a0, b1 - a0, b2 - a0);
-  return std::sqrt(std::min({cornersToFace(a, b), cornersToFace(b, a), cornersToEdges(a, b),
-                             cornersToEdges(b, a), edgesToEdges(a, b)}));
+  const Triple corners = least(least(cornersToFace(a, b), cornersToFace(b, a)),
+                               least(cornersToEdges(a, b), cornersToEdges(b, a)));
+  return std::sqrt(leastOf(least(corners, edgesToEdges(a, b))));
 }
 
 }  // namespace packmesh
