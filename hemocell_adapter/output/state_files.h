@@ -89,9 +89,7 @@ std::filesystem::path checkpointFile(const OutputRequest& output);
 /// @param own whether the run has saved one
 void removeCheckpoint(const Request& request, const OutputRequest& output, bool own);
 
-/// The state from which a run continues. All ranks call. @param soft the next are steps of soft cells
-/// @throws InputError on all ranks
-PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem,
-                             bool soft = false);
+/// The state from which a run continues. All ranks call. @throws InputError on all ranks
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh::hemocell

@@ -78,8 +78,13 @@ std::optional<std::string> strayWarning(const Problem& problem, const PartsToPac
   return text + ": soft cells are kept to these only until they grow";
 }
 
-std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
-  const std::string after = fmt::format(" after {} iterations", packed.iterations);
+const SoftStatistics& statisticsOfSoft(const PackingResult& packed) {
+  return dynamic_cast<const SoftStatistics&>(
+      *(packed.deformed ? packed.deformed->engine : packed.statistics.engine));
+}
+
+std::string failureOf(const SoftStatistics& packed, const SoftLimits& limits) {
+  const std::string after = fmt::format(" after {} iterations", packed.done);
   if (packed.scale == 0.0) return "the small undeformed cells from which soft ones grow could not be packed";
   if (packed.scale < 1.0)
     return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
@@ -96,16 +101,22 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
                      named(ofVolume ? "max-volume-change" : "max-area-change"));
 }
 
-SoftLimits softLimitsOf(const Request& request, const Rung& rung) {
+SoftLimits softLimitsOf(const Request& request) {
   SoftLimits limits;
   limits.force = request.maxForce;
   limits.volume = request.maxVolumeChange;
   limits.area = request.maxAreaChange;
   limits.aim = std::min(limits.aim, 0.9 * limits.force);
-  limits.iterations = rung.most;
-  limits.fewerCells = rung.fewerCells;
-  limits.savesFailed = rung.savesFailed;
   return limits;
+}
+
+std::shared_ptr<const Engine> softEngine(const Problem& problem, const PartsToPack& packed,
+                                         std::function<Physics(const std::vector<Cell>&)> written) {
+  auto engine = std::make_shared<SoftEngine>();
+  engine->species = softSpeciesOf(problem, packed);
+  engine->limits = softLimitsOf(problem.request);
+  engine->written = std::move(written);
+  return engine;
 }
 
 Problem problemOfSoftCells(const Problem& problem, const PartsToPack& packed,

@@ -15,6 +15,7 @@
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
 #include "packMesh/packing/engine.h"
+#include "packMesh/packing/state_file.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
@@ -174,6 +175,7 @@ void validate(const PackingProblem& problem) {
   if (!problem.physics.container) throw InputError("the problem has no container");
   checkClearance(problem.physics.clearance, "clearance between cells");
   checkClearance(problem.physics.wallClearance, "clearance to the wall");
+  if (problem.engine && problem.engine->deforms()) return problem.engine->validate(problem);
   for (const Species& species : problem.physics.species) {
     checkShapes(species, problem.physics);
     if (species.count < 0)
@@ -240,11 +242,56 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   return densest;
 }
 
+/// Certifies cells with meshes of their own where they are, as those are whose initial poses are given. If a
+/// few meet, they are moved apart, or left out.
+PackingResult certifiedInPlace(const PackingProblem& problem, const RunControl& control, Physics physics) {
+  PackingProblem inPlace{std::move(physics), nullptr, problem.execution};
+  Limits& limits = inPlace.execution.limits;
+  limits.fewerCells = true;
+  if (control.limited())
+    limits.maxSeconds = std::max(Limits::leastSeconds, limits.maxSeconds - control.elapsed());
+  if (problem.checkpoints)
+    inPlace.checkpoints = Checkpoints{{},
+                                      [&](const PackingState& state) {
+                                        if (isFinished(state, problem.execution.communicator))
+                                          problem.checkpoints->save(state);
+                                      },
+                                      true};
+  PackingResult result = pack(inPlace);
+  result.deformed.emplace().physics = std::make_shared<const Physics>(std::move(inPlace.physics));
+  if (result.cellCount < problem.physics.cellCount() && result.outcome == Outcome::certified)
+    result.outcome = Outcome::outOfReach;
+  return result;
+}
+
+/// With an engine that deforms cells.
+PackingResult packDeformed(const PackingProblem& problem, RunControl& control) {
+  Attempt attempt(problem, control);
+  attempt.certifyAll();
+  PackingResult result;
+  if (std::optional<Physics> physics = attempt.deformed()) {
+    result = certifiedInPlace(problem, control, std::move(*physics));
+    control.stopped();  // asks whether it was interrupted meanwhile
+  }
+  const bool interrupted = control.interrupted() || result.outcome == Outcome::interrupted;
+  const bool failed = result.cellCount == 0;
+  if (problem.checkpoints && attempt.hasBegun() &&
+      (interrupted || (failed && problem.checkpoints->savesFailed)))
+    problem.checkpoints->save(attempt.checkpointState());
+  PackingResult before = attempt.takeResult();
+  before.late = control.late();
+  if (interrupted) before.outcome = Outcome::interrupted;
+  if (interrupted || failed) return before;
+  result.deformed->engine = before.statistics.engine;
+  return result;
+}
+
 }  // namespace
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
   RunControl control(problem);
+  if (problem.engine && problem.engine->deforms()) return packDeformed(problem, control);
   Attempt all(problem, control);
   // With a time limit, a packing of fewer cells is secured before all of them are tried for long.
   const bool secures = control.limited() && problem.execution.limits.fewerCells;
@@ -264,6 +311,7 @@ PackingResult pack(const PackingProblem& problem) {
   PackingResult result = all.takeResult();
   result.searched = fewer.ended && !packed;
   result.statistics.searching = fewer.sweeps;
+  result.late = control.late();
   return result;
 }
 

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/state_file.h"
+#include "packMesh/soft/soft_engine.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
