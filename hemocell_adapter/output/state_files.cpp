@@ -202,6 +202,7 @@ std::optional<Checkpoints> StateFiles::checkpoints() {
     };
   checkpoints.save = [this](const PackingState& state) { save(state); };
   checkpoints.endsWithFewer = request_.bestEffort;
+  checkpoints.savesFailed = savesFailed_;
   return checkpoints;
 }
 

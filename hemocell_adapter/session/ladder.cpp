@@ -274,17 +274,10 @@ std::optional<Packing> Ladder::attempt(const Rung& rung, double seconds) {
       return packingProblemOf(*ofCells, ofCells->atDemanded).physics;
     });
   if (!rung.fewerCells && !isPossible(packing)) return {};
-  std::optional<StateFrames> frames;
-  if (const auto series = requestedFrames(output_)) {
-    frames.emplace(packing, *series);
-    packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
-  }
   start(packing);
-  StateFiles states(problem_->request, output_, packing, rung.savesStates);
+  StateFiles states(problem_->request, output_, packing, rung.savesStates, rung.savesFailed);
   packing.checkpoints = states.checkpoints();
-  if (packing.checkpoints) packing.checkpoints->savesFailed = rung.savesFailed;
-  Packing packed(packmesh::pack(packing));
-  if (frames && hooks_.convertsFrames) frames->convert();
+  Packing packed(packWithFrames(packing));
   note(states);
   packed.problem = ofCells;
   packed.packed = ofCells == problem_ ? parts : ofCells->atDemanded;
@@ -293,12 +286,28 @@ std::optional<Packing> Ladder::attempt(const Rung& rung, double seconds) {
   packed.counts.resize(packed.packed.parts.size());
   nameBySpecies(packed.packed, packed);
   explain(rung, packed);
-  // An engine that deforms cells has no state after its own, and looks at its end itself.
-  if (packed.outcome == Outcome::interrupted || rung.isSoft() || !isInterrupted()) return packed;
-  if (packed.state && rung.savesStates && savesCheckpoints(problem_->request, output_))  // it has just ended
+  // From the end of an undeformed packing a run continues; with soft cells, pack() has looked itself.
+  if (!rung.isSoft() && packed.outcome != Outcome::interrupted && isInterrupted())
+    interrupt(packed, rung.savesStates);
+  return packed;
+}
+
+/// Packs, and writes the states of an engine that are asked for.
+PackingResult Ladder::packWithFrames(PackingProblem& packing) const {
+  const auto series = requestedFrames(output_);
+  if (!series) return packmesh::pack(packing);
+  StateFrames frames(packing, *series);
+  packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames.add(own); };
+  PackingResult packed = packmesh::pack(packing);
+  if (hooks_.convertsFrames) frames.convert();
+  return packed;
+}
+
+/// A packing that has just ended.
+void Ladder::interrupt(Packing& packed, bool savesStates) {
+  if (packed.state && savesStates && savesCheckpoints(problem_->request, output_))
     saved_ = saveAsCheckpoint(packed);
   packed.outcome = Outcome::interrupted;
-  return packed;
 }
 
 Packing Ladder::probed(PackingProblem& packing, const PartsToPack& parts) {

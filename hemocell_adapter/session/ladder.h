@@ -84,6 +84,8 @@ class Ladder {
   PackingProblem packingProblem(const Rung& rung, const PartsToPack& parts);
   void start(PackingProblem& packing);
   Packing probed(PackingProblem& packing, const PartsToPack& parts);
+  PackingResult packWithFrames(PackingProblem& packing) const;
+  void interrupt(Packing& packed, bool savesStates);
   void explain(const Rung& rung, Packing& packed);
   void warnOfDeformed(const Rung& rung, const PartsToPack& parts, const std::vector<Cell>& cells) const;
   void widen(Packing& best);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,7 +17,6 @@
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
 #include "packMesh/packing/engine.h"
-#include "packMesh/packing/state_file.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
@@ -244,45 +245,43 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
 
 /// Certifies cells with meshes of their own where they are, as those are whose initial poses are given. If a
 /// few meet, they are moved apart, or left out.
-PackingResult certifiedInPlace(const PackingProblem& problem, const RunControl& control, Physics physics) {
-  PackingProblem inPlace{std::move(physics), nullptr, problem.execution};
+/// @param end becomes the state of the packing; nullptr: none is made
+PackingResult certifiedInPlace(Physics physics, const Execution& execution, const RunControl& control,
+                               PackingState* end) {
+  PackingProblem inPlace{std::move(physics), nullptr, execution};
   Limits& limits = inPlace.execution.limits;
   limits.fewerCells = true;
   if (control.limited())
     limits.maxSeconds = std::max(Limits::leastSeconds, limits.maxSeconds - control.elapsed());
-  if (problem.checkpoints)
-    inPlace.checkpoints = Checkpoints{{},
-                                      [&](const PackingState& state) {
-                                        if (isFinished(state, problem.execution.communicator))
-                                          problem.checkpoints->save(state);
-                                      },
-                                      true};
+  if (end) inPlace.checkpoints = Checkpoints{{}, [end](const PackingState& state) { *end = state; }, true};
   PackingResult result = pack(inPlace);
   result.deformed.emplace().physics = std::make_shared<const Physics>(std::move(inPlace.physics));
-  if (result.cellCount < problem.physics.cellCount() && result.outcome == Outcome::certified)
-    result.outcome = Outcome::outOfReach;
   return result;
 }
 
-/// With an engine that deforms cells.
+/// With an engine that deforms cells. The run continues from states of the engine alone.
 PackingResult packDeformed(const PackingProblem& problem, RunControl& control) {
   Attempt attempt(problem, control);
   attempt.certifyAll();
   PackingResult result;
+  PackingState end;
+  const auto& states = problem.checkpoints;
   if (std::optional<Physics> physics = attempt.deformed()) {
-    result = certifiedInPlace(problem, control, std::move(*physics));
+    result = certifiedInPlace(std::move(*physics), problem.execution, control, states ? &end : nullptr);
     control.stopped();  // asks whether it was interrupted meanwhile
   }
   const bool interrupted = control.interrupted() || result.outcome == Outcome::interrupted;
-  const bool failed = result.cellCount == 0;
-  if (problem.checkpoints && attempt.hasBegun() &&
-      (interrupted || (failed && problem.checkpoints->savesFailed)))
-    problem.checkpoints->save(attempt.checkpointState());
+  const bool succeeds = result.cellCount > 0 && !interrupted;
+  if (states && succeeds) states->save(end);
+  if (states && !succeeds && attempt.hasBegun() && (interrupted || states->savesFailed))
+    states->save(attempt.checkpointState());
   PackingResult before = attempt.takeResult();
   before.late = control.late();
   if (interrupted) before.outcome = Outcome::interrupted;
-  if (interrupted || failed) return before;
+  if (!succeeds) return before;
+  result.late = before.late;
   result.deformed->engine = before.statistics.engine;
+  if (result.cellCount < problem.physics.cellCount()) result.outcome = Outcome::outOfReach;
   return result;
 }
 
