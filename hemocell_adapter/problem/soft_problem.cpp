@@ -92,6 +92,7 @@ std::string failureOf(const SoftStatistics& packed, const SoftLimits& limits) {
   if (!(packed.most.force <= limits.force))
     return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
            fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  if (packed.succeeded) return "some cells failed the exact test" + after;
   if (limits.allow(packed.most)) return "the cells have their full size, but had not come to rest" + after;
   const bool ofVolume = !(std::abs(packed.most.volume) <= limits.volume);
   return fmt::format("the {} of a cell changed by {:.2f} %", ofVolume ? "volume" : "area",

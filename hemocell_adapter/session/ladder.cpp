@@ -351,7 +351,9 @@ void Ladder::explain(const Rung& rung, Packing& packed) {
         rung.clearances.membranes, rung.clearances.wall, packed.statistics.effort(),
         packed.statistics.unit()));
   }
-  if (raises) packed.raise = packed.late ? named("max-time", "SECONDS") : named("max-iterations", "NUMBER");
+  if (rung.savesStates)  // otherwise a restart continues from that of an earlier rung
+    raise_ = !raises ? "" : packed.late ? named("max-time", "SECONDS") : named("max-iterations", "NUMBER");
+  packed.raise = raise_;
 }
 
 /// Of soft cells that are packed: what they do not keep to.

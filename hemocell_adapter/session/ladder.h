@@ -106,6 +106,7 @@ class Ladder {
   bool begun_ = false, saved_ = false, savedAny_ = false;
   std::string whyNotWithRoom_;  ///< of soft cells; empty if that was not tried, as in a run that is continued
   std::string whyNotDeformed_;  ///< of the last attempt; empty if it succeeded, or there was none
+  std::string raise_;           ///< see Packing::raise
 };
 
 }  // namespace packmesh::hemocell

@@ -370,6 +370,7 @@ SoftStage::Reached SoftStage::attempt(std::int64_t iterations) {
   }
   reached.most = resting_->largestDeformation();
   reached.meetsWall = meetsWall_;
+  reached.succeeded = packed;
   if (packed) {
     out.outcome = Outcome::certified;
     out.cells = resting_->result(small_);

@@ -39,6 +39,7 @@ class SoftStatistics final : public EngineStatistics {
   Deformation most;         ///< largest force and largest changes of a cell at the end
   bool meetsWall = false;   ///< at the end: an edge meets a wall of cubes, from which vertices are kept
   bool atRest = false;      ///< more iterations would change little
+  bool succeeded = false;   ///< all have full size within the limits; the certificate may fail
   std::int64_t done = 0;    ///< iterations
 
   std::int64_t iterations() const override { return done; }

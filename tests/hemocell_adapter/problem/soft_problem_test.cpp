@@ -221,7 +221,8 @@ TEST_CASE("Soft cells that ended at limits continue on any number of ranks to th
       REQUIRE(ran.exitCode == (ends ? 0 : 3));
       CHECK(std::filesystem::exists(folder / "s.checkpoint.h5") == !ends);
       if (!ends)
-        CHECK_THAT(ran.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5"));
+        CHECK_THAT(ran.out, Contains("To continue with higher limits: packMesh --restart s.checkpoint.h5 "
+                                     "--max-iterations NUMBER\n"));
       if (!restart.empty()) CHECK_THAT(ran.out, Contains(" iterations of soft cells"));
       restart = "--restart s.checkpoint.h5 ";
     }
