@@ -177,12 +177,13 @@ RealisationFigures realisationFigures(const Packing& packing) {
 void rescue(const Packing& packing) {
   if (!saveAsCheckpoint(packing)) return;
   const std::string file = checkpointFile(packing.output).string();
-  const bool soft = packing.problem->request.soft && packing.deformations;
-  log::warning(soft ? fmt::format("The packing is saved in {0}: a state with all cells, {1}", file,
-                                  named("start", file))
-                    : fmt::format("The packing is saved in {0}; to write it elsewhere: packMesh --restart "
-                                  "{0} --output-dir FOLDER",
-                                  file));
+  const bool isNoRestart = packing.deformed.has_value();
+  log::warning(isNoRestart
+                   ? fmt::format("The packing is saved in {0}: a state with all cells, {1}", file,
+                                 named("start", file))
+                   : fmt::format("The packing is saved in {0}; to write it elsewhere: packMesh --restart "
+                                 "{0} --output-dir FOLDER",
+                                 file));
 }
 
 /// Writes the cells with the state of the packing, if one is requested; if they do not fit together, the
@@ -277,8 +278,9 @@ RunEnd packAndWrite(Session& session, const std::shared_ptr<const Problem>& prob
   } catch (const AgreedFailure& failure) {
     log::error(failure.what());
     if (failure.code() == ExitCode::outOfReach && session.stateSaved())
-      log::info(fmt::format("To continue with higher limits: packMesh --restart {} --max-time SECONDS",
-                            checkpointFile(output).string()));
+      log::info(fmt::format("To continue with higher limits: packMesh --restart {}{}{}",
+                            checkpointFile(output).string(), session.raise().empty() ? "" : " ",
+                            session.raise()));
     return {failure.code(), {}};
   }
   if (!write(*packing)) {

@@ -73,7 +73,7 @@ OutputRequest settled(OutputRequest output, const CompletedRequest& completed) {
 
 OutputRequest outputsToPack(const CompletedRequest& completed) {
   OutputRequest output = settled(completed.request.output, completed);
-  const bool deformed = completed.deformed || completed.request.soft;
+  const bool deformed = completed.deformed || completed.request.deforms();
   if (deformed && !output.stateFile && !(completed.simulation && completed.simulation->running))
     output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
   return output;

@@ -153,7 +153,7 @@ std::vector<fs::path> convertedFiles(const Problem& problem, const OutputRequest
   const auto tables = writtenWithoutCells(place, problem, counts);
   for (Words words : commandsFor(output, tables->temporary())) {
     words.emplace_back("--plan");
-    if (words.front() == "export" && (problem.hasDeformed() || problem.request.soft))
+    if (words.front() == "export" && (problem.hasDeformed() || problem.request.deforms()))
       words.emplace_back("--deformed");
     const CommandEnd end = runPackmesh(words, interrupted);
     if (end.kind == CommandEnd::Kind::unusable) {

@@ -16,7 +16,6 @@
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/soft/membrane.h"
 
 namespace packmesh::hemocell {
 
@@ -79,8 +78,10 @@ struct Packing : PackingResult {
   Tally tally;                           ///< of all ranks
   Kept kept;
   RunTimes times;
-  std::string whyFewer = {};                      ///< of soft cells, if there are fewer than requested
-  bool checked = false;                           ///< cells of files or states, as they are
+  std::string whyFewer =
+      {};                  ///< why cells could not be deformed as needed, if there are fewer than requested
+  std::string raise = {};  ///< of fewer than requested: the option with which a restart may get farther
+  bool checked = false;    ///< cells of files or states, as they are
   std::optional<Deformations> deformations = {};  ///< of all ranks, if there are deformed cells
   /// If the request asks for a state file: to be written with the cells.
   std::optional<PackingState> state = {};

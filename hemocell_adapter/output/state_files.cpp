@@ -140,9 +140,8 @@ namespace {
 
 /// What it took to get there.
 std::string effortOf(const PackingState& state) {
-  if (state.soft) return fmt::format("{} iterations of soft cells", state.soft->counters[0]);
-  return state.engine.iterations > 0 ? fmt::format("{} iterations", state.engine.iterations)
-                                     : fmt::format("{} sweeps", state.relaxation.sweeps);
+  return state.engine ? fmt::format("{} {}", state.engine->iterations(), state.engine->unit())
+                      : fmt::format("{} sweeps", state.relaxation.sweeps);
 }
 
 /// @throws InputError if there is no such file, but a checkpoint of the run that was to write it
@@ -203,6 +202,7 @@ std::optional<Checkpoints> StateFiles::checkpoints() {
     };
   checkpoints.save = [this](const PackingState& state) { save(state); };
   checkpoints.endsWithFewer = request_.bestEffort;
+  checkpoints.savesFailed = savesFailed_;
   return checkpoints;
 }
 
@@ -279,11 +279,8 @@ void removeCheckpoint(const Request& request, const OutputRequest& output, bool 
     log::info(fmt::format("{} is the checkpoint of another run, and stays", file.string()));
 }
 
-PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem, bool soft) {
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem) {
   PackingState state = readState(file, problem);
-  if (state.soft.has_value() != soft)
-    throw InputError(fmt::format("{}: is {}the state of soft cells ({})", file.string(), soft ? "not " : "",
-                                 named("soft")));
   log::info(fmt::format("Continuing from {}: after {}", file.string(), effortOf(state)));
   return state;
 }

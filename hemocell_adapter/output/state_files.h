@@ -40,9 +40,14 @@ class StateFiles {
  public:
   /// References its arguments, which must outlive it.
   /// @param isContinued whether a run continues from states before its end; otherwise they are not saved
+  /// @param savesFailed whether also from that of a packing that did not succeed
   StateFiles(const Request& request, const OutputRequest& output, const PackingProblem& problem,
-             bool isContinued = true)
-      : request_(request), output_(output), problem_(problem), isContinued_(isContinued) {}
+             bool isContinued = true, bool savesFailed = true)
+      : request_(request),
+        output_(output),
+        problem_(problem),
+        isContinued_(isContinued),
+        savesFailed_(savesFailed) {}
   StateFiles(const StateFiles&) = delete;
   StateFiles& operator=(const StateFiles&) = delete;
 
@@ -61,7 +66,7 @@ class StateFiles {
   const Request& request_;
   const OutputRequest& output_;
   const PackingProblem& problem_;
-  const bool isContinued_;
+  const bool isContinued_, savesFailed_;
   std::optional<bool> saved_;
   bool savedAny_ = false;
   std::optional<PackingState> end_;
@@ -89,9 +94,7 @@ std::filesystem::path checkpointFile(const OutputRequest& output);
 /// @param own whether the run has saved one
 void removeCheckpoint(const Request& request, const OutputRequest& output, bool own);
 
-/// The state from which a run continues. All ranks call. @param soft the next are steps of soft cells
-/// @throws InputError on all ranks
-PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem,
-                             bool soft = false);
+/// The state from which a run continues. All ranks call. @throws InputError on all ranks
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh::hemocell

@@ -132,11 +132,9 @@ std::string reachedText(const Packing& packing) {
                           problem.species[s].name);
   }
   if (!packing.whyFewer.empty())
-    return fmt::format(
-        "soft cells could not be packed within the limits: {} "
-        "there is a packing with hematocrit {:.4f} of the {} ({})",
-        packing.whyFewer, tally.redMesh / problem.referenceVolume(),
-        problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
+    return fmt::format("{} there is a packing with hematocrit {:.4f} of the {} ({})", packing.whyFewer,
+                       tally.redMesh / problem.referenceVolume(),
+                       problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
   const std::string time =
       problem.request.maxSeconds > 0 ? fmt::format(", {}", durationText(problem.request.maxSeconds)) : "";
   const Statistics& done = packing.statistics;
@@ -201,7 +199,7 @@ std::vector<std::string> centreLines(const Packing& packing) {
 std::vector<std::string> regionLines(const Packing& packing) {
   const Problem& problem = *packing.problem;
   if (problem.layout.regions.empty()) return {};
-  if (problem.request.soft && packing.deformations) return centreLines(packing);
+  if (packing.deformed) return centreLines(packing);
   const std::vector<Part>& parts = packing.packed.parts;
   const std::vector<std::int64_t>& counts = packing.partCounts;
   std::vector<std::string> lines;
@@ -309,8 +307,8 @@ std::vector<std::string> headLines(const Problem& problem) {
       lines.push_back(
           fmt::format("{} ({:.2f} % of the lumen)", regionText(region, divides), 100.0 * region.share));
   if (problem.layout.profile) lines.push_back("Profile: " + problem.layout.profile->source);
-  if (problem.request.soft)
-    for (std::string& line : softnessLines(problem)) lines.push_back(std::move(line));
+  if (problem.request.deforms())
+    for (std::string& line : membraneLines(problem)) lines.push_back(std::move(line));
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",

@@ -113,7 +113,7 @@ void refuseTooLarge(const Scene& scene, const CellSpecies& species) {
   if (fits && (endless || cell.maxCoeff() < room.norm())) return;
   throw InputError(fmt::format(
       "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm){}",
-      species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2], softInstead(scene)));
+      species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2], deformedInstead(scene)));
 }
 
 /// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
@@ -145,7 +145,7 @@ void refuseBeyondKnown(const Scene& scene, const CellSpecies& species) {
         "the requested cells '{}' fill {:.4f} of the lumen; no packing of such cells beyond {:.4f} is "
         "known. Reduce the number; " +
             named("best-effort") + " packs as many as possible{}",
-        species.name, part, densestKnown, softInstead(scene)));
+        species.name, part, densestKnown, deformedInstead(scene)));
 }
 
 }  // namespace
@@ -279,7 +279,7 @@ void examineNumbers(const Scene& scene, Notices& notices) {
     volume += double(species.count) * species.meanVolume;
     toPack += double(species.toPack()) * species.shape->volume();
     if (species.mostCells() == 0) continue;
-    if (!scene.request.soft) refuseTooLarge(scene, species);
+    if (!scene.request.deforms()) refuseTooLarge(scene, species);
     if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);
   }
   const double lumen = scene.lumen.container->volume();
@@ -287,7 +287,7 @@ void examineNumbers(const Scene& scene, Notices& notices) {
     throw InfeasibleError(fmt::format(
         "the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³", volume, lumen));
   }
-  if (scene.request.soft) return;
+  if (scene.request.deforms()) return;
   if (!scene.request.bestEffort)
     for (const CellSpecies& species : scene.species) refuseBeyondKnown(scene, species);
   if (toPack > Forecast::possible * lumen && !scene.request.inColumns) {

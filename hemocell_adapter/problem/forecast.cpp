@@ -389,7 +389,7 @@ std::optional<std::string> impossible(const Problem& problem, const Forecast& fo
 
 /// @param never why undeformed cells cannot be packed
 bool deforms(const Problem& problem, const Forecast& f, const std::optional<std::string>& never) {
-  return problem.request.soft && (never || f.effectiveFraction > Forecast::easy);
+  return problem.request.deforms() && (never || f.effectiveFraction > Forecast::easy);
 }
 
 /// Of lumens in which the calibration of effective fractions does not hold.
@@ -406,7 +406,7 @@ std::string verdict(const Problem& problem, const Forecast& f, const std::option
   if (deforms(problem, f, never))
     return fmt::format("Undeformed cells probably cannot be packed ({}): cells will be soft",
                        never ? *never : fmt::format("effective fraction {:.3f}", f.effectiveFraction));
-  if (never) return fmt::format("Infeasible: {}{}", *never, softInstead(problem));
+  if (never) return fmt::format("Infeasible: {}{}", *never, deformedInstead(problem));
   if (f.narrow && f.effectiveFraction > Forecast::doubtful && f.effectiveFraction <= Forecast::ordered)
     return uncertain(f);
   if (f.effectiveFraction <= Forecast::easy)
@@ -460,11 +460,11 @@ Forecast forecastOf(const Problem& problem, LumenSample& sample) {
     forecast.effectiveFraction = std::max(forecast.effectiveFraction, problem.layout.profile->askedIn(j));
   forecast.fraction = volume / lumen;
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
-  forecast.softMegabytes = forecast.megabytes;
+  forecast.deformedMegabytes = forecast.megabytes;
   for (const CellSpecies& species : problem.species)
     if (!species.rigid)
-      forecast.softMegabytes += 1e-3 * ofThousandDeformed * double(species.count) *
-                                double(species.shape->mesh().vertices.size()) / redCellVertices;
+      forecast.deformedMegabytes += 1e-3 * ofThousandDeformed * double(species.count) *
+                                    double(species.shape->mesh().vertices.size()) / redCellVertices;
   if (forecast.effectiveFraction > Forecast::possible) return forecast;
   double milliseconds = 0.0;
   for (const CellSpecies& species : problem.species) {
@@ -518,7 +518,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",
         about(*f.seconds), wallText(problem, ranks, about(*f.seconds / speedup(problem, ranks)))));
-  const double megabytes = soft ? f.softMegabytes : f.megabytes;
+  const double megabytes = soft ? f.deformedMegabytes : f.megabytes;
   lines.push_back(
       fmt::format("Memory: {} for each rank", memoryText(ofProgram + (megabytes - ofProgram) / ranks)));
   const double tiles = double(problem.request.tiles[0]) * problem.request.tiles[1] * problem.request.tiles[2];
@@ -535,7 +535,7 @@ ForecastText forecastText(const Problem& problem, int ranks) {
   if (problem.request.realisations > 1)
     lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
                                 problem.request.realisations));
-  return {std::move(lines), never && !problem.request.soft, f.seconds, megabytes};
+  return {std::move(lines), never && !problem.request.deforms(), f.seconds, megabytes};
 }
 
 }  // namespace packmesh::hemocell

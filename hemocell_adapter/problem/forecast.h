@@ -73,8 +73,8 @@ struct Forecast {
   /// The lumen is hardly wider than the cells that fill most of it: walls order them, which may let more or
   /// fewer fit.
   bool narrow = false;
-  double megabytes = 0.0;      ///< of all ranks together, of undeformed cells
-  double softMegabytes = 0.0;  ///< the same if cells deform
+  double megabytes = 0.0;          ///< of all ranks together, of undeformed cells
+  double deformedMegabytes = 0.0;  ///< the same if cells deform
 
   /// Up to `easy` a packing of red cells takes hundreds of sweeps; above `possible` no packing of a thousand
   /// cells at random has been achieved.

@@ -107,7 +107,7 @@ Scene makeScene(const CompletedRequest& completed, const Communicator& ranks, st
 }
 
 void refuseContradictions(const Request& request) {
-  if (request.soft) refuseBesideSoft(request);
+  if (request.deforms()) refuseBesideDeforming(request);
   for (const RegionRequest& region : request.regions)
     if (region.hematocrit && !request.hematocrit)
       throw InputError(
@@ -218,7 +218,7 @@ Problem divideIntoParts(Scene scene, std::optional<double> hematocrit, std::vect
   Division division = deformed ? dividedByVolume(scene, hematocrit, layout) : divided(scene, layout);
   scene.species = std::move(division.species);
   if (deformed) examineNumbers(scene, notices);
-  if (division.layout.profile && !scene.request.bestEffort && !scene.request.soft)
+  if (division.layout.profile && !scene.request.bestEffort && !scene.request.deforms())
     refuseTooDense(scene, *division.layout.profile);
   notices.append(division.ofProfile);
   Problem problem;
@@ -258,7 +258,7 @@ Problem prepareToPack(Scene scene, Notices& notices) {
       makeRegions(scene.request, hematocrit, scene.lumen, scene.team, notices.repairs);
   Problem problem = divideIntoParts(std::move(scene), hematocrit, std::move(regions), notices);
   requireLinkedVertices(problem.species);
-  if (problem.request.soft) requireMembranes(problem);
+  if (problem.request.deforms()) requireMembranes(problem);
   problem.read = linesOfPresent(problem.species);
   const auto warn = [&](std::vector<std::string> warnings) { notices.append({std::move(warnings), {}}); };
   warn(limitWarnings(problem, countMostCells(problem)));

@@ -211,7 +211,7 @@ bool hasFile(const CellSpecies& species) {
 
 }  // namespace
 
-void refuseBesideSoft(const Request& request) {
+void refuseBesideDeforming(const Request& request) {
   const auto refuse = [](const std::string& other, const char* why) {
     throw UsageError(fmt::format("{} and {} exclude each other: {}", named("soft"), other, why));
   };
@@ -253,7 +253,7 @@ MembraneConstants membraneOf(const Scene& scene, const CellSpecies& species) {
   return constants;
 }
 
-std::vector<std::string> softnessLines(const Scene& scene) {
+std::vector<std::string> membraneLines(const Scene& scene) {
   std::vector<std::string> lines;
   for (const CellSpecies& species : scene.species) {
     if (species.count == 0) continue;

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "hemocell_adapter/problem/problem.h"
-#include "packMesh/soft/soft_packing.h"
 
 namespace packmesh::hemocell {
 
@@ -52,7 +51,7 @@ ShapedCells makeShapes(CellsOfFile of, const std::vector<CellSpecies>& species, 
                        SelfIntersecting selfIntersecting, const Threads& team, Notices& notices);
 
 /// What soft cells exclude. @throws UsageError
-void refuseBesideSoft(const Request& request);
+void refuseBesideDeforming(const Request& request);
 
 /// @throws InputError if a cell's XML file has some constants of the membrane, and others not. Pre: the
 /// species have their numbers
@@ -66,6 +65,6 @@ void requireLinkedVertices(const std::vector<CellSpecies>& all);
 MembraneConstants membraneOf(const Scene& scene, const CellSpecies& species);
 
 /// "RBC: soft, kLink 15, kBend 80, kVolume 20, kArea 5 (RBC.xml)", for each species that there is.
-std::vector<std::string> softnessLines(const Scene& scene);
+std::vector<std::string> membraneLines(const Scene& scene);
 
 }  // namespace packmesh::hemocell

@@ -43,10 +43,9 @@ constexpr std::int64_t sweepsOfUndeformed = 10000;
 /// HemoCell deletes cells with a vertex on a solid node: a vertex this far from the wall is on none [dx].
 const double wallClearanceOfSoft = std::sqrt(0.5);
 /// Iterations of soft cells with that room, and its share of the time that is left; in capillaries that leave
-/// no room for it, cells may be nearer to the wall. Iterations without. A tenth of the time is for the
-/// certificate.
+/// no room for it, cells may be nearer to the wall. Iterations without, if the request says nothing.
 constexpr std::int64_t iterationsWithRoom = 4000, iterationsOfSoft = 20000;
-constexpr double shareWithRoom = 0.5, shareOfSoft = 0.9;
+constexpr double shareWithRoom = 0.5;
 
 /// Whether an existing packing is only to be certified again: it is kept unchanged.
 bool givenWhole(const Problem& problem) {
@@ -137,8 +136,7 @@ std::vector<Rung> softRungs(const Problem& problem) {
   Rung last;
   last.cells = Rung::Cells::soft;
   last.clearances = problem.demanded;
-  last.share = shareOfSoft;
-  last.most = atMost(iterationsOfSoft, request.maxIterations);
+  last.most = request.maxIterations.value_or(iterationsOfSoft);
   last.fewerCells = request.bestEffort;
   if (!problem.lumen.solidWalls || !problem.lumen.container->wall() || !mayHaveRoom) return {last};
   Rung withRoom = last;
@@ -156,7 +154,7 @@ std::vector<Rung> softRungs(const Problem& problem) {
 
 /// Whether any of its cells may deform.
 bool maySoften(const Problem& problem) {
-  return problem.request.soft &&
+  return problem.request.deforms() &&
          std::any_of(problem.species.begin(), problem.species.end(), [](const CellSpecies& species) {
            return !species.rigid && species.mostCells() > std::int64_t(species.fixed.size());
          });
@@ -199,7 +197,7 @@ Plan planOf(const Problem& problem, LumenSample& sample, Begin begin) {
   plan.widens = request.largestClearance;
   std::vector<Rung>& rungs = plan.rungs;
   const bool soft = maySoften(problem);
-  const bool asIfNeeded = soft && request.softIfNeeded && begin == Begin::anew &&
+  const bool asIfNeeded = soft && request.deforming == Deforming::asLast && begin == Begin::anew &&
                           forecastOf(problem, sample).effectiveFraction <= Forecast::possible;
   const std::vector<Rung> softOnes = soft ? softRungs(problem) : std::vector<Rung>{};
   if (asIfNeeded) {

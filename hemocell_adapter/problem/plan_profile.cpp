@@ -401,7 +401,8 @@ void refuseTooDense(const Scene& scene, const DepthProfile& plan) {
       throw InfeasibleError(fmt::format(
           "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
           "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile{}",
-          plan.source, plan.edges[j], plan.edges[j + 1], fraction, Forecast::possible, softInstead(scene)));
+          plan.source, plan.edges[j], plan.edges[j + 1], fraction, Forecast::possible,
+          deformedInstead(scene)));
   }
 }
 

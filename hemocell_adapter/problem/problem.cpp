@@ -15,8 +15,8 @@ void Notices::append(const Notices& later) {
   repairs.insert(repairs.end(), later.repairs.begin(), later.repairs.end());
 }
 
-std::string softInstead(const Scene& scene) {
-  const bool possible = !scene.request.soft && scene.request.method == Method::relaxation;
+std::string deformedInstead(const Scene& scene) {
+  const bool possible = !scene.request.deforms() && scene.request.method == Method::relaxation;
   return possible ? "; " + named("soft") + " lets cells deform where undeformed ones do not fit" : "";
 }
 
@@ -28,7 +28,7 @@ std::string denserInstead(const Scene& scene) {
                         scene.request.method == Method::relaxation && scene.request.rotate && !bound &&
                         scene.lumen.container->period().minCoeff() > 0.0;
   return (possible ? "; " + named("order", "columns") + " packs red cells up to 0.65, not at random" : "") +
-         softInstead(scene);
+         deformedInstead(scene);
 }
 
 Physics physicsOf(const Scene& scene) {

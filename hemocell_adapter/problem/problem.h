@@ -117,10 +117,10 @@ struct Problem : Scene {
 };
 
 /// Hints for requests beyond random packing: "; --order columns ...", if columns (see Columns) are possible
-/// for that problem, and those of softInstead().
+/// for that problem, and those of deformedInstead().
 std::string denserInstead(const Scene& scene);
 /// "; --soft ...", or empty if cells are soft already or cannot be.
-std::string softInstead(const Scene& scene);
+std::string deformedInstead(const Scene& scene);
 
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
 /// and measure cells, not to pack them.

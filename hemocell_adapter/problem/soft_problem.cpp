@@ -78,8 +78,13 @@ std::optional<std::string> strayWarning(const Problem& problem, const PartsToPac
   return text + ": soft cells are kept to these only until they grow";
 }
 
-std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
-  const std::string after = fmt::format(" after {} iterations", packed.iterations);
+const SoftStatistics& statisticsOfSoft(const PackingResult& packed) {
+  return dynamic_cast<const SoftStatistics&>(
+      *(packed.deformed ? packed.deformed->engine : packed.statistics.engine));
+}
+
+std::string failureOf(const SoftStatistics& packed, const SoftLimits& limits) {
+  const std::string after = fmt::format(" after {} iterations", packed.done);
   if (packed.scale == 0.0) return "the small undeformed cells from which soft ones grow could not be packed";
   if (packed.scale < 1.0)
     return fmt::format("the cells had grown to {:.2f} of their size", packed.scale) + after;
@@ -87,6 +92,7 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
   if (!(packed.most.force <= limits.force))
     return fmt::format("the largest force on a vertex was {:.2f} pN", packed.most.force) + after +
            fmt::format(", and {:.6g} pN are allowed ({})", limits.force, named("max-force"));
+  if (packed.succeeded) return "some cells failed the exact test" + after;
   if (limits.allow(packed.most)) return "the cells have their full size, but had not come to rest" + after;
   const bool ofVolume = !(std::abs(packed.most.volume) <= limits.volume);
   return fmt::format("the {} of a cell changed by {:.2f} %", ofVolume ? "volume" : "area",
@@ -96,16 +102,22 @@ std::string failureOf(const SoftPacking& packed, const SoftLimits& limits) {
                      named(ofVolume ? "max-volume-change" : "max-area-change"));
 }
 
-SoftLimits softLimitsOf(const Request& request, const Rung& rung) {
+SoftLimits softLimitsOf(const Request& request) {
   SoftLimits limits;
   limits.force = request.maxForce;
   limits.volume = request.maxVolumeChange;
   limits.area = request.maxAreaChange;
   limits.aim = std::min(limits.aim, 0.9 * limits.force);
-  limits.iterations = rung.most;
-  limits.fewerCells = rung.fewerCells;
-  limits.savesFailed = rung.savesFailed;
   return limits;
+}
+
+std::shared_ptr<const Engine> softEngine(const Problem& problem, const PartsToPack& packed,
+                                         std::function<Physics(const std::vector<Cell>&)> written) {
+  auto engine = std::make_shared<SoftEngine>();
+  engine->species = softSpeciesOf(problem, packed);
+  engine->limits = softLimitsOf(problem.request);
+  engine->written = std::move(written);
+  return engine;
 }
 
 Problem problemOfSoftCells(const Problem& problem, const PartsToPack& packed,

@@ -2,24 +2,31 @@
 /// @file Soft cells of a problem: their membranes and limits, and the problem of the cells that were packed.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/plan.h"
 #include "hemocell_adapter/problem/problem.h"
-#include "packMesh/soft/soft_packing.h"
+#include "packMesh/soft/soft_engine.h"
 
 namespace packmesh::hemocell {
 
-/// What packSoft() needs to know of the species of a problem, in the order of its parts.
+/// What soft cells need to know of the species of a problem, in the order of its parts.
 std::vector<SoftSpecies> softSpeciesOf(const Problem& problem, const PartsToPack& packed);
 
-/// The limits of soft cells on a rung. Pre: it is one of soft cells
-SoftLimits softLimitsOf(const Request& request, const Rung& rung);
+SoftLimits softLimitsOf(const Request& request);
+
+/// The engine that packs soft cells of a problem. @param written see SoftEngine
+std::shared_ptr<const Engine> softEngine(const Problem& problem, const PartsToPack& packed,
+                                         std::function<Physics(const std::vector<Cell>&)> written);
+
+/// Of a packing by that engine.
+const SoftStatistics& statisticsOfSoft(const PackingResult& packed);
 
 /// Why soft cells could not be packed: "the cells had grown to 0.91 of their size after 4000 iterations".
-std::string failureOf(const SoftPacking& packed, const SoftLimits& limits);
+std::string failureOf(const SoftStatistics& reached, const SoftLimits& limits);
 
 /// The problem of packing soft cells where they are. @param packed what was packed
 /// @throws InputError, MeshError

@@ -21,7 +21,7 @@
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/packing/state_file.h"
-#include "packMesh/soft/soft_packing.h"
+#include "packMesh/soft/soft_engine.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -47,16 +47,7 @@ double ProgressLog::seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
 }
 
-std::optional<double> ProgressLog::remaining(const Progress& progress, double seconds) {
-  if (progress.left > 0) {
-    if (firstSweep_ < 0 || progress.sweep < lastSweep_) {
-      firstSweep_ = progress.sweep;
-      firstSeconds_ = seconds;
-    }
-    lastSweep_ = progress.sweep;
-    if (seconds < 1.0 || progress.sweep == firstSweep_) return {};
-    return double(progress.left) * (seconds - firstSeconds_) / double(progress.sweep - firstSweep_);
-  }
+std::optional<double> ProgressLog::remaining(double seconds) {
   if (seconds < 1.0) return {};
   const std::optional<double> expected = expectedSeconds();
   if (!expected || *expected <= seconds + 1.0) return {};
@@ -65,7 +56,6 @@ std::optional<double> ProgressLog::remaining(const Progress& progress, double se
 
 void ProgressLog::operator()(const Progress& progress) {
   const double now = seconds();
-  if (progress.left > 0) static_cast<void>(remaining(progress, now));  // counts from the first one on
   if (now - last_ < pauseNow()) return;
   last_ = now;
   if (log::isTerminal())
@@ -75,7 +65,7 @@ void ProgressLog::operator()(const Progress& progress) {
 }
 
 std::optional<double> ProgressLog::expectedSeconds() {
-  if (problem_.request.method != Method::relaxation || problem_.request.soft) return {};
+  if (problem_.request.method != Method::relaxation || problem_.request.deforms()) return {};
   if (!forecast_) forecast_ = forecastOf(problem_, sample_);
   if (!forecast_->seconds) return {};
   return *forecast_->seconds / (problem_.ranks.size() * problem_.team.count());
@@ -96,8 +86,8 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   // The search for fewer cells may take the same time again (Limits::maxSeconds).
   if (const double limit = problem_.request.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
-  if (const auto left = remaining(progress, seconds))
-    line += fmt::format(", {} {} left", soft ? "at least" : "about", durationText(std::ceil(*left)));
+  if (const auto left = remaining(seconds))
+    line += fmt::format(", about {} left", durationText(std::ceil(*left)));
   return line;
 }
 
@@ -182,11 +172,13 @@ Ladder::Ladder(std::shared_ptr<const Problem> problem, const OutputRequest& outp
 Begin Ladder::findBegin() const {
   const auto& restart = problem_->request.restart;
   if (!restart) return Begin::anew;
-  if (!problem_->request.soft) return Begin::undeformed;
+  const bool maySoften = problem_->request.deforms();
   StateHead head;
   together(ranks(), [&] {
     head = readStateHead(*restart);
-    if (head.stage == finishedStage && head.deformed && !problem_->hasDeformed())
+    if (head.stage == softCellsStage && !maySoften)
+      throw InputError(fmt::format("{}: is the state of soft cells ({})", restart->string(), named("soft")));
+    if (head.stage == finishedStage && head.deformed && maySoften && !problem_->hasDeformed())
       throw InputError(fmt::format("{}: is the result of packing soft cells; {} takes its cells",
                                    restart->string(), named("start", restart->string())));
   });
@@ -201,7 +193,8 @@ Packing Ladder::climb() {
   for (std::size_t i = firstRung(plan); i < plan.rungs.size();) {
     const Rung& rung = plan.rungs[i];
     const bool probes = rung.cells == Rung::Cells::probe;
-    if (rung.isSoft() && request.softIfNeeded && whyNotSoft_.empty() && begin_ == Begin::anew)
+    if (rung.isSoft() && request.deforming == Deforming::asLast && whyNotDeformed_.empty() &&
+        begin_ == Begin::anew)
       log::info("Undeformed cells cannot be packed as requested: cells are soft");
     auto tried = attempt(rung, secondsOf(rung, request.maxSeconds, elapsed()));
     if (tried && tried->outcome == Outcome::interrupted) return *tried;
@@ -221,8 +214,8 @@ void Ladder::finish(const Packing& packing) const {
   if (packing.cellCount == 0 && packing.statistics.effort() == 0) return;
   tellEffort(packing.statistics, ranks());
   if (packing.problem == problem_) warnOfNoRoom(packing);
-  if (request.softIfNeeded && packing.problem == problem_ && packing.outcome == Outcome::certified &&
-      whyNotSoft_.empty())
+  if (request.deforming == Deforming::asLast && packing.problem == problem_ &&
+      packing.outcome == Outcome::certified && whyNotDeformed_.empty())
     log::info("Undeformed cells could be packed: none are soft");
   const bool promised = output_.stateFile && packing.cellCount > 0 &&
                         (packing.outcome == Outcome::certified || request.bestEffort);
@@ -241,25 +234,137 @@ std::size_t Ladder::firstRung(const Plan& plan) {
   std::string digest;
   together(ranks(), [&] { digest = readStateHead(*problem_->request.restart).digest; });
   const auto belongs = [&](const Rung& rung) {
-    const PartsToPack parts = partsAt(*problem_, problem_->layout, rung.clearances);
-    return digest ==
-           digestOf(rung.isSoft() ? softProblem(parts, rung, 0.0) : packingProblem(*problem_, parts));
+    return digest == digestOf(packingProblem(rung, partsOf(rung)));
   };
   std::size_t first = 0;
   while (first < last && !belongs(plan.rungs[first])) ++first;
   return first;
 }
 
+PartsToPack Ladder::partsOf(const Rung& rung) const {
+  const Clearances& demanded = problem_->atDemanded.clearances;
+  const bool asDemanded =
+      demanded.membranes == rung.clearances.membranes && demanded.wall == rung.clearances.wall;
+  return asDemanded ? problem_->atDemanded : partsAt(*problem_, problem_->layout, rung.clearances);
+}
+
+PackingProblem Ladder::packingProblem(const Rung& rung, const PartsToPack& parts) {
+  PackingProblem packing =
+      packingProblemOf(*problem_, parts, hooks_.interrupted,
+                       [this](const Progress& progress) { hooks_.tell(progress, progress_); });
+  packing.physics.smoothWalls = rung.smoothWalls;
+  Limits& limits = packing.execution.limits;
+  if (rung.most > 0) limits.maxSweeps = rung.most;
+  limits.sweepsForFew = rung.sweepsForFew;
+  limits.fewerCells = rung.fewerCells;
+  limits.someCloser = rung.someCloser;
+  return packing;
+}
+
 std::optional<Packing> Ladder::attempt(const Rung& rung, double seconds) {
-  if (rung.isSoft()) return attemptSoft(rung, seconds);
-  if (rung.cells == Rung::Cells::undeformed) return attemptUndeformed(problem_, rung, seconds);
-  const PartsToPack parts = partsAt(*problem_, problem_->layout, rung.clearances);
-  PackingProblem packing = softProblem(parts, rung, seconds);
-  start(packing, false);
+  const PartsToPack parts = partsOf(rung);
+  PackingProblem packing = packingProblem(rung, parts);
+  packing.execution.limits.maxSeconds = seconds;
+  if (rung.cells == Rung::Cells::probe) return probed(packing, parts);
+  std::shared_ptr<const Problem> ofCells = problem_;
+  if (rung.isSoft())
+    packing.engine = softEngine(*problem_, parts, [&](const std::vector<Cell>& cells) {
+      warnOfDeformed(rung, parts, cells);
+      ofCells = std::make_shared<const Problem>(problemOfSoftCells(*problem_, parts, cells));
+      return packingProblemOf(*ofCells, ofCells->atDemanded).physics;
+    });
+  if (!rung.fewerCells && !isPossible(packing)) return {};
+  start(packing);
+  StateFiles states(problem_->request, output_, packing, rung.savesStates, rung.savesFailed);
+  packing.checkpoints = states.checkpoints();
+  Packing packed(packWithFrames(packing));
+  note(states);
+  packed.problem = ofCells;
+  packed.packed = ofCells == problem_ ? parts : ofCells->atDemanded;
+  packed.output = output_;
+  packed.state = std::move(states.end());
+  packed.counts.resize(packed.packed.parts.size());
+  nameBySpecies(packed.packed, packed);
+  explain(rung, packed);
+  // From the end of an undeformed packing a run continues; with soft cells, pack() has looked itself.
+  if (!rung.isSoft() && packed.outcome != Outcome::interrupted && isInterrupted())
+    interrupt(packed, rung.savesStates);
+  return packed;
+}
+
+/// Packs, and writes the states of an engine that are asked for.
+PackingResult Ladder::packWithFrames(PackingProblem& packing) const {
+  const auto series = requestedFrames(output_);
+  if (!series) return packmesh::pack(packing);
+  StateFrames frames(packing, *series);
+  packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames.add(own); };
+  PackingResult packed = packmesh::pack(packing);
+  if (hooks_.convertsFrames) frames.convert();
+  return packed;
+}
+
+/// A packing that has just ended.
+void Ladder::interrupt(Packing& packed, bool savesStates) {
+  if (packed.state && savesStates && savesCheckpoints(problem_->request, output_))
+    saved_ = saveAsCheckpoint(packed);
+  packed.outcome = Outcome::interrupted;
+}
+
+Packing Ladder::probed(PackingProblem& packing, const PartsToPack& parts) {
+  start(packing);
   const bool succeeds = canPackUndeformed(packing, softSpeciesOf(*problem_, parts));
   return nothing(isInterrupted() ? Outcome::interrupted
                  : succeeds      ? Outcome::certified
                                  : Outcome::outOfReach);
+}
+
+namespace {
+
+/// " (2 s)" if time was short.
+std::string limitText(const Packing& packed) {
+  return packed.late ? fmt::format(" ({})", durationText(packed.problem->request.maxSeconds)) : "";
+}
+
+}  // namespace
+
+/// Of a packing that is not the one requested: why, and what could be raised.
+void Ladder::explain(const Rung& rung, Packing& packed) {
+  const bool all = packed.outcome != Outcome::outOfReach;
+  bool raises = !all;
+  if (rung.isSoft()) {
+    const SoftStatistics& reached = statisticsOfSoft(packed);
+    const std::string why = all ? "" : failureOf(reached, softLimitsOf(problem_->request));
+    if (!rung.savesFailed) whyNotWithRoom_ = why;
+    whyNotDeformed_ =
+        all ? "" : "soft cells could not be packed within the limits" + limitText(packed) + ": " + why;
+    raises = raises && !reached.atRest;
+    if (packed.cellCount == 0) packed.statistics = {};
+    packed.whyFewer = whyNotDeformed_;
+    if (!all && packed.cellCount > 0) packed.whyFewer += "; without those that found no room";
+  } else if (!whyNotDeformed_.empty()) {
+    packed.whyFewer =
+        whyNotDeformed_ +
+        (packed.cellCount > 0 ? "; of undeformed cells" : "; not even one undeformed cell could be packed");
+  } else if (!all && !rung.fewerCells) {
+    log::detail(fmt::format(
+        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
+        rung.clearances.membranes, rung.clearances.wall, packed.statistics.effort(),
+        packed.statistics.unit()));
+  }
+  if (rung.savesStates)  // otherwise a restart continues from that of an earlier rung
+    raise_ = !raises ? "" : packed.late ? named("max-time", "SECONDS") : named("max-iterations", "NUMBER");
+  packed.raise = raise_;
+}
+
+/// Of soft cells that are packed: what they do not keep to.
+void Ladder::warnOfDeformed(const Rung& rung, const PartsToPack& parts,
+                            const std::vector<Cell>& cells) const {
+  if (const double room = rung.lessRoomThan; room > 0.0)
+    log::warning(fmt::format(
+        "vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid node: "
+        "HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more room{}",
+        room, whyNotWithRoom_.empty() ? "" : "; that far from the wall " + whyNotWithRoom_));
+  if (const auto warning = strayWarning(*problem_, parts, cells)) log::warning(*warning);
 }
 
 /// A packing without cells.
@@ -270,124 +375,20 @@ Packing Ladder::nothing(Outcome outcome) const {
   packing.packed = problem_->atDemanded;
   packing.output = output_;
   packing.counts.assign(packing.packed.parts.size(), 0);
-  packing.whyFewer = whyNotSoft_;
   return packing;
 }
 
-PackingProblem Ladder::packingProblem(const Problem& problem, const PartsToPack& parts) {
-  return packingProblemOf(problem, parts, hooks_.interrupted,
-                          [this](const Progress& progress) { hooks_.tell(progress, progress_); });
-}
-
 /// Before the first attempt: it continues from the state that there is.
-void Ladder::start(PackingProblem& packing, bool soft) {
+void Ladder::start(PackingProblem& packing) {
   if (std::exchange(begun_, true)) return;
   requireSameOnAllRanks(packing);
-  if (begin_ != Begin::anew) packing.resume = stateToContinue(*problem_->request.restart, packing, soft);
+  if (begin_ != Begin::anew) packing.resume = stateToContinue(*problem_->request.restart, packing);
 }
 
 /// An attempt that saved nothing leaves the state of the last one.
 void Ladder::note(const StateFiles& states) {
   saved_ = states.saved().value_or(saved_);
   savedAny_ = savedAny_ || states.savedAny();
-}
-
-/// @param problem of this ladder, or of soft cells that are to be certified
-std::optional<Packing> Ladder::attemptUndeformed(const std::shared_ptr<const Problem>& problem,
-                                                 const Rung& rung, double seconds) {
-  const Clearances& demanded = problem->atDemanded.clearances;
-  const bool asDemanded =
-      demanded.membranes == rung.clearances.membranes && demanded.wall == rung.clearances.wall;
-  const PartsToPack parts =
-      asDemanded ? problem->atDemanded : partsAt(*problem, problem->layout, rung.clearances);
-  PackingProblem packing = packingProblem(*problem, parts);
-  if (!rung.fewerCells && !isPossible(packing)) return {};
-  Limits& limits = packing.execution.limits;
-  limits.maxSeconds = seconds;
-  if (rung.most > 0 || problem->request.maxIterations)
-    limits.maxSweeps = rung.most > 0 ? rung.most : *problem->request.maxIterations;
-  limits.sweepsForFew = rung.sweepsForFew;
-  limits.fewerCells = rung.fewerCells;
-  limits.someCloser = rung.someCloser;
-  std::optional<StateFrames> frames;
-  if (const auto series = requestedFrames(output_)) {
-    frames.emplace(packing, *series);
-    packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
-  }
-  start(packing, false);
-  StateFiles states(problem->request, output_, packing, rung.savesStates);
-  packing.checkpoints = states.checkpoints();
-  Packing packed(packmesh::pack(packing));
-  nameBySpecies(parts, packed);
-  if (frames && hooks_.convertsFrames) frames->convert();
-  note(states);
-  packed.problem = problem;
-  packed.packed = parts;
-  packed.output = output_;
-  packed.state = std::move(states.end());
-  if (!whyNotSoft_.empty())
-    packed.whyFewer = whyNotSoft_ + (packed.cellCount > 0 ? "; of undeformed cells"
-                                                          : "; not even one undeformed cell could be packed");
-  if (packed.outcome == Outcome::outOfReach && !rung.fewerCells)
-    log::detail(fmt::format(
-        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
-        rung.clearances.membranes, rung.clearances.wall, packed.statistics.effort(),
-        packed.statistics.unit()));
-  if (packed.outcome == Outcome::interrupted || !isInterrupted()) return packed;
-  if (packed.state && rung.savesStates && savesCheckpoints(problem->request, output_))  // it has just ended
-    saved_ = saveAsCheckpoint(packed);
-  packed.outcome = Outcome::interrupted;
-  return packed;
-}
-
-PackingProblem Ladder::softProblem(const PartsToPack& parts, const Rung& rung, double seconds) {
-  PackingProblem packing = packingProblem(*problem_, parts);
-  packing.physics.smoothWalls = rung.smoothWalls;
-  packing.execution.limits.maxSeconds = seconds;
-  return packing;
-}
-
-Packing Ladder::attemptSoft(const Rung& rung, double seconds) {
-  const Problem& problem = *problem_;
-  const PartsToPack parts = partsAt(problem, problem.layout, rung.clearances);
-  PackingProblem packing = softProblem(parts, rung, seconds);
-  start(packing, true);
-  StateFiles states(problem.request, output_, packing);
-  packing.checkpoints = states.checkpoints();
-  const SoftLimits limits = softLimitsOf(problem.request, rung);
-  const SoftPacking soft = packSoft(packing, softSpeciesOf(problem, parts), limits);
-  const bool all = soft.outcome == Outcome::certified;
-  bool interrupted = soft.outcome == Outcome::interrupted || isInterrupted();
-  whyNotSoft_ = all || interrupted ? "" : failureOf(soft, limits);
-  if (!rung.savesFailed) whyNotWithRoom_ = whyNotSoft_;
-  Packing packed = nothing(soft.outcome);
-  if (!interrupted && !soft.cells.empty()) {
-    if (const double room = rung.lessRoomThan; room > 0.0)
-      log::warning(fmt::format(
-          "vertices are nearer to the wall than {:.4g} µm (0.71 dx), at which none is on a solid node: "
-          "HemoCell deletes cells with a vertex on one, and a smaller dx leaves them more room{}",
-          room, whyNotWithRoom_.empty() ? "" : "; that far from the wall " + whyNotWithRoom_));
-    if (const auto warning = strayWarning(problem, parts, soft.cells)) log::warning(*warning);
-    packed = certified(std::make_shared<const Problem>(problemOfSoftCells(problem, parts, soft.cells)));
-    interrupted = packed.outcome == Outcome::interrupted;
-  }
-  if (interrupted && soft.end) states.checkpoints()->save(*soft.end);  // it has just ended
-  note(states);
-  if (interrupted) packed.outcome = Outcome::interrupted;
-  return packed;
-}
-
-/// The certificate of soft cells, from which nothing continues: it takes less time than they. If some of them
-/// found no room, the others are fewer cells.
-Packing Ladder::certified(const std::shared_ptr<const Problem>& softCells) {
-  Rung rung;
-  rung.clearances = softCells->demanded;
-  rung.fewerCells = true;
-  rung.savesStates = false;
-  const double limit = problem_->request.maxSeconds;
-  Packing packed = *attemptUndeformed(softCells, rung, secondsOf(rung, limit, elapsed()));
-  if (!whyNotSoft_.empty()) packed.whyFewer = whyNotSoft_ + "; without those that found no room";
-  return packed;
 }
 
 /// There are no states: they are of one attempt each.

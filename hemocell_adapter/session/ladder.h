@@ -29,9 +29,8 @@ class ProgressLog {
 
   /// Since packing began [s].
   double seconds() const;
-  /// Time that is left [s], if there is a forecast, or by what is left of the sweeps and how long those since
-  /// the first call took. Nothing in the first second: short packings end before.
-  std::optional<double> remaining(const Progress& progress, double seconds);
+  /// Time that is left [s], if there is a forecast. Nothing in the first second: short packings end before.
+  std::optional<double> remaining(double seconds);
   /// The line.
   std::string text(const Progress& progress, double seconds);
 
@@ -45,8 +44,6 @@ class ProgressLog {
   std::optional<Forecast> forecast_;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
   double last_ = 0.0;
-  std::int64_t firstSweep_ = -1, lastSweep_ = -1;  ///< told of those that are counted (Progress::left)
-  double firstSeconds_ = 0.0;
 };
 
 /// What a packing asks and tells while it runs; empty: never interrupted, a ProgressLog.
@@ -83,13 +80,14 @@ class Ladder {
  private:
   Begin findBegin() const;
   std::size_t firstRung(const Plan& plan);
-  void start(PackingProblem& packing, bool soft);
-  std::optional<Packing> attemptUndeformed(const std::shared_ptr<const Problem>& problem, const Rung& rung,
-                                           double seconds);
-  Packing attemptSoft(const Rung& rung, double seconds);
-  Packing certified(const std::shared_ptr<const Problem>& softCells);
-  PackingProblem packingProblem(const Problem& problem, const PartsToPack& parts);
-  PackingProblem softProblem(const PartsToPack& parts, const Rung& rung, double seconds);
+  PartsToPack partsOf(const Rung& rung) const;
+  PackingProblem packingProblem(const Rung& rung, const PartsToPack& parts);
+  void start(PackingProblem& packing);
+  Packing probed(PackingProblem& packing, const PartsToPack& parts);
+  PackingResult packWithFrames(PackingProblem& packing) const;
+  void interrupt(Packing& packed, bool savesStates);
+  void explain(const Rung& rung, Packing& packed);
+  void warnOfDeformed(const Rung& rung, const PartsToPack& parts, const std::vector<Cell>& cells) const;
   void widen(Packing& best);
   void finish(const Packing& packing) const;
   Packing nothing(Outcome outcome) const;
@@ -107,7 +105,8 @@ class Ladder {
   Begin begin_;
   bool begun_ = false, saved_ = false, savedAny_ = false;
   std::string whyNotWithRoom_;  ///< of soft cells; empty if that was not tried, as in a run that is continued
-  std::string whyNotSoft_;      ///< of the last attempt; empty if it succeeded, or there was none
+  std::string whyNotDeformed_;  ///< of the last attempt; empty if it succeeded, or there was none
+  std::string raise_;           ///< see Packing::raise
 };
 
 }  // namespace packmesh::hemocell

@@ -183,8 +183,8 @@ std::string fixedText(const Packing& packing) {
 }
 
 /// @throws InputError where undeformed cells cannot be packed, and deformed ones take too much
-void requireMemoryOfSoftCells(const Problem& problem, LumenSample& sample) {
-  if (!problem.request.soft) return;
+void requireMemoryDeformed(const Problem& problem, LumenSample& sample) {
+  if (!problem.request.deforms()) return;
   std::int64_t cells = 0;
   for (const CellSpecies& species : problem.species)
     if (species.redCell && !species.rigid) cells += species.count;
@@ -197,11 +197,7 @@ void requireMemoryOfSoftCells(const Problem& problem, LumenSample& sample) {
 std::string failureText(const Packing& packing, const Delivery& delivery, LumenSample& sample) {
   const Problem& problem = *packing.problem;
   if (!packing.whyFewer.empty() && packing.cellCount == 0)
-    return fmt::format("soft cells could not be packed within the limits{}: {}; {}. Fewer cells are easier",
-                       problem.request.maxSeconds > 0.0
-                           ? fmt::format(" ({})", durationText(problem.request.maxSeconds))
-                           : "",
-                       packing.whyFewer, delivery.nothing);
+    return fmt::format("{}; {}. Fewer cells are easier", packing.whyFewer, delivery.nothing);
   const bool begun = packing.statistics.effort() > 0;
   if (packing.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
     return outOfTimeText(problem.request.maxSeconds, delivery);
@@ -210,7 +206,7 @@ std::string failureText(const Packing& packing, const Delivery& delivery, LumenS
          (packing.cellCount == 0
               ? "; " + std::string(delivery.nothing)
               : fmt::format("; {} ({} {})", delivery.nothing, named("best-effort"), delivery.bestEffort)) +
-         (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : softInstead(problem)) +
+         (forecast.effectiveFraction > Forecast::easy ? denserInstead(problem) : deformedInstead(problem)) +
          ". " + roomText(problem, forecast, sample);
 }
 
@@ -300,13 +296,14 @@ std::shared_ptr<const Problem> Session::correctByPilots(std::shared_ptr<const Pr
 Packing Session::pack(const std::shared_ptr<const Problem>& requested, const OutputRequest& output) {
   together(ranks_, [&] {
     requireMemory(requested->mostCells(), ranks_);
-    requireMemoryOfSoftCells(*requested, sampleOf(requested));
+    requireMemoryDeformed(*requested, sampleOf(requested));
   });
   makeStateFolder(output, ranks_);
   Ladder ladder(requested, output, sampleOf(requested), hooks_, timer_);
   Packing packing = ladder.climb();
   stateSaved_ = ladder.saved();
   stateSavedOnce_ = ladder.savedAny();
+  raise_ = packing.raise;
   if (packing.outcome == Outcome::interrupted) throwInterrupted(output);
   if (!packing.whyFewer.empty() && packing.cellCount < requested->mostCells()) {
     packing.outcome = Outcome::outOfReach;

@@ -98,6 +98,8 @@ class Session {
   /// Whether the last checkpoint has been written, also after a failure; whether there is one of this run.
   bool stateSaved() const { return stateSaved_; }
   bool stateSavedOnce() const { return stateSavedOnce_; }
+  /// After a failure: the option with which a restart may get farther; empty: none would help by itself.
+  const std::string& raise() const { return raise_; }
   const Timer& timer() const { return timer_; }
 
  private:
@@ -113,6 +115,7 @@ class Session {
   std::shared_ptr<const Problem> sampled_;
   std::optional<LumenSample> sample_;  ///< of `sampled_`
   bool stateSaved_ = false, stateSavedOnce_ = false;
+  std::string raise_;
 };
 
 /// The summary of a packing, of its regions and its profile. All ranks call.

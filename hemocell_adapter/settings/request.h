@@ -201,6 +201,13 @@ struct Method {
   };
 };
 
+/// Whether cells may deform.
+enum class Deforming {
+  no,
+  unlessEasy,  ///< unless undeformed ones can be packed easily
+  asLast,      ///< only if undeformed ones cannot be packed with all effort
+};
+
 /// Whether packMesh was built with Method::cat (CMake: PACKMESH_CAT).
 bool hasCat();
 
@@ -250,9 +257,8 @@ struct Request {
   bool largestClearance = false;                   ///< maximise the gap between membranes
   std::uint64_t seed = 1;
   bool rotate = true;
-  bool inColumns = false;              ///< the species with the largest volume starts in columns
-  bool soft = false;                   ///< cells may deform
-  bool softIfNeeded = false;           ///< then: only if undeformed ones cannot be packed with all effort
+  bool inColumns = false;  ///< the species with the largest volume starts in columns
+  Deforming deforming = Deforming::no;
   double maxForce = 10.0;              ///< on a vertex of a deformed cell [pN]
   double maxVolumeChange = 0.05;       ///< of a deformed cell [fraction]
   double maxAreaChange = 0.15;         ///< of a deformed cell [fraction]
@@ -284,6 +290,7 @@ struct Request {
   /// Not specified, so that packing may keep more than demanded (plan.h).
   bool choosesClearance() const { return !clearance && !largestClearance; }
   bool choosesWallClearance() const { return !wallClearance; }
+  bool deforms() const { return deforming != Deforming::no; }
 };
 
 /// Platelets per red cell that packCells adds to a hematocrit.

@@ -323,10 +323,13 @@ std::vector<Setting> softSettings() {
               "capillaries, and up to a hematocrit of 0.9; the result is a state. auto (=auto): only where "
               "undeformed ones cannot be packed at all",
               [](Request& s, const Values& v) {
-                s.softIfNeeded = isWord(v[0], "auto");
-                s.soft = s.softIfNeeded || yes(v[0]);
+                s.deforming = isWord(v[0], "auto") ? Deforming::asLast
+                              : yes(v[0])          ? Deforming::unlessEasy
+                                                   : Deforming::no;
               })
-          .readBy([](const R& r) { return r.softIfNeeded ? Value(std::string("auto")) : Value(r.soft); })
+          .readBy([](const R& r) {
+            return r.deforming == Deforming::asLast ? Value(std::string("auto")) : Value(r.deforms());
+          })
           .byDefault("false")
           .withTag("soft")
           .onlyFor(Method::relaxation)

@@ -11,8 +11,10 @@
 #include "packMesh/cat/tetgen_run.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
+#include "packMesh/io/hdf5_file.h"
 #include "packMesh/packing/cell_placing.h"
 #include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/state_file.h"
 
 namespace packmesh {
 namespace {
@@ -33,8 +35,8 @@ class CatStage : public EngineStage {
   bool hasBegun() const override { return growth_ != nullptr || bestFull_ >= 0; }
   std::int64_t iterations() const override { return statistics_->growth.iterations; }
   std::vector<Body> cells() const override;
-  EnginePosition save() const override;
-  std::vector<Body> take() override;
+  std::shared_ptr<const EngineState> save() const override;
+  EngineCells take() override;
 
  private:
   void begin();
@@ -178,24 +180,46 @@ void CatStage::growFrom(std::vector<Body> cells, const GrowthProgress& from) {
 }
 
 void CatStage::resume(const PackingState& state) {
-  const auto& [attempt, barrier, iteration, since, failures] = state.engine.counters;
-  const auto& [sweeps, reference] = state.engine.numbers;
-  attempt_ = attempt;
-  statistics_->growth.iterations = state.engine.iterations;
+  const auto& of = dynamic_cast<const CatState&>(*state.engine);
+  attempt_ = of.attempt;
+  statistics_->growth.iterations = of.done;
   physics_.seed = problem_.physics.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
-  keepBest(bodiesOf(state.engine.best));
-  growFrom(bodiesOf(state.cells),
-           {barrier, iteration, since, failures, sweeps, static_cast<std::int64_t>(reference)});
+  keepBest(bodiesOf(of.best));
+  growFrom(bodiesOf(state.cells), of.at);
 }
 
-EnginePosition CatStage::save() const {
-  const GrowthProgress at = growth_ ? growth_->progress() : GrowthProgress();
-  EnginePosition position;
-  position.iterations = iterations();
-  position.counters = {attempt_, at.barrier, at.iteration, at.since, at.failures};
-  position.numbers = {at.sweeps, static_cast<double>(at.reference)};
-  position.best = IdShares(problem_.physics.cellCount(), problem_.execution.communicator).collect(best_);
-  return position;
+std::shared_ptr<const EngineState> CatStage::save() const {
+  auto state = std::make_shared<CatState>();
+  state->attempt = attempt_;
+  state->done = iterations();
+  if (growth_) state->at = growth_->progress();
+  state->at.gaveUp = false;
+  state->best = IdShares(problem_.physics.cellCount(), problem_.execution.communicator).collect(best_);
+  return state;
+}
+
+void CatState::write(Hdf5Writer& out, const Physics& physics, const std::vector<BodyState>& cells) const {
+  EngineTables tables{{attempt, done, at.barrier, at.iteration, at.since, at.failures},
+                      {at.sweeps, static_cast<double>(at.reference)},
+                      {},
+                      best};
+  for (const BodyState& cell : cells) tables.taken.push_back(cell.stepTaken);
+  tables.write(out, physics);
+}
+
+std::shared_ptr<const EngineState> CatEngine::readState(const Hdf5Reader& in, const PackingProblem& problem,
+                                                        std::int64_t first,
+                                                        std::vector<BodyState>& cells) const {
+  EngineTables tables = EngineTables::read(in, problem, first, static_cast<std::int64_t>(cells.size()));
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].stepTaken = tables.taken[i];
+  auto state = std::make_shared<CatState>();
+  const auto [attempt, done, barrier, iteration, since, failures] = tables.position;
+  const auto [sweeps, reference] = tables.numbers;
+  state->attempt = attempt;
+  state->done = done;
+  state->at = {barrier, iteration, since, failures, sweeps, static_cast<std::int64_t>(reference)};
+  state->best = std::move(tables.best);
+  return state;
 }
 
 std::vector<Body> CatStage::cells() const {
@@ -218,9 +242,9 @@ std::vector<Body> CatStage::fullCells() const {
 }
 
 /// After an escape they are renumbered.
-std::vector<Body> CatStage::take() {
+EngineCells CatStage::take() {
   statistics_->tetrahedra = tetrahedra();
-  return fullCells();
+  return {fullCells(), {}};
 }
 
 /// Of all ranks; empty for planes that need no tetrahedra.

@@ -27,6 +27,16 @@ class CatStatistics : public EngineStatistics {
   std::string json() const override;
 };
 
+/// What growth continues from.
+struct CatState final : EngineState {
+  std::int64_t attempt = 0, done = 0;  ///< iterations
+  GrowthProgress at;
+  std::vector<BodyState> best;  ///< of earlier attempts
+
+  std::int64_t iterations() const override { return done; }
+  void write(Hdf5Writer& out, const Physics& physics, const std::vector<BodyState>& cells) const override;
+};
+
 /// Places the initial cells and grows them, from several random starts if they are few, and escapes from
 /// local maxima if the settings request it.
 class CatEngine : public Engine {
@@ -36,6 +46,10 @@ class CatEngine : public Engine {
 
   CatSettings settings;
 
+  StageInFiles stage() const override { return {3, "growth"}; }
+  std::shared_ptr<const EngineState> readState(const Hdf5Reader& in, const PackingProblem& problem,
+                                               std::int64_t first,
+                                               std::vector<BodyState>& cells) const override;
   void validate(const PackingProblem& problem) const override;
   void addTo(Digest& digest) const override;
   std::shared_ptr<EngineStatistics> statistics(std::int64_t iterations) const override;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 namespace packmesh {
 
@@ -12,19 +13,26 @@ namespace packmesh {
 /// one thread are destroyed in reverse order.
 class PollScope {
  public:
-  explicit PollScope(std::function<void()> ask);
-  ~PollScope();
+  explicit PollScope(std::function<void()> ask) : ask_(std::move(ask)), before_(innermost) {
+    innermost = &ask_;
+  }
+  ~PollScope() { innermost = before_; }
   PollScope(const PollScope&) = delete;
   PollScope& operator=(const PollScope&) = delete;
 
  private:
+  friend void poll();
+  inline static thread_local const std::function<void()>* innermost = nullptr;
+
   std::function<void()> ask_;
   const std::function<void()>* before_;
 };
 
 /// Throws what the innermost PollScope of this thread throws; nothing without one. To be called at least
 /// every few milliseconds in loops that can take seconds.
-void poll();
+inline void poll() {
+  if (PollScope::innermost && *PollScope::innermost) (*PollScope::innermost)();
+}
 
 /// Calls poll() for one of 1024 items of a loop.
 inline void pollAt(std::size_t item) {

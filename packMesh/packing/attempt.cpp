@@ -123,7 +123,8 @@ void Attempt::begin() {
   if (engine_) return;
   const Engine* const engine = problem_.engine.get();
   if (problem_.resume && !(engine && problem_.resume->position.stage == Stage::engine)) {
-    if (engine) statistics_.engine = engine->statistics(problem_.resume->engine.iterations);
+    const EngineState* const past = problem_.resume->engine.get();
+    if (engine) statistics_.engine = engine->statistics(past ? past->iterations() : 0);
     resume(*problem_.resume);
   } else if (engine) {
     engine_ = engine->begin(problem_, control_, statistics_, [this] { keepState(); });
@@ -151,18 +152,22 @@ void Attempt::place(std::vector<Body> bodies, const RunPosition& at, const Relax
 
 /// Whether the engine has brought all cells to full size; if so, they are ready for the certificate.
 bool Attempt::engineDone(std::int64_t iterations) {
-  if (!engine_->run(iterations)) {
-    if (!control_.interrupted() && (engine_->ended() || iterations >= problem_.execution.limits.maxSweeps))
-      end_ = GivenUp();
-    return false;
-  }
-  takeFromEngine();
-  return true;
+  const bool done = engine_->run(iterations) && !problem_.engine->deforms();
+  if (done)
+    takeFromEngine();
+  else if (!control_.interrupted() && (engine_->ended() || iterations >= problem_.execution.limits.maxSweeps))
+    end_ = GivenUp();
+  return done;
+}
+
+std::optional<Physics> Attempt::deformed() {
+  if (!engine_ || control_.interrupted()) return {};
+  return engine_->take().deformed;
 }
 
 /// Replaces the stage of the engine by a relaxation of its cells of full size.
 void Attempt::takeFromEngine() {
-  std::vector<Body> cells = engine_->take();
+  std::vector<Body> cells = engine_->take().cells;
   std::int64_t last = 0;  // it may have added cells
   for (const Body& cell : cells) last = std::max(last, cell.id + 1);
   last = -problem_.execution.communicator.min(-last);
@@ -211,7 +216,8 @@ void Attempt::keepState() {
     repairs_.store(kept);
     kept.cellCount = placed_->relaxation.cellCount();
     kept.cells = placed_->relaxation.unsortedStates();
-    if (statistics_.engine) kept.engine.iterations = statistics_.engine->iterations();
+    if (statistics_.engine)
+      kept.engine = std::make_shared<const PastEngine>(statistics_.engine->iterations());
   } else {
     kept.position.stage = Stage::engine;
     kept.engine = engine_->save();

@@ -35,6 +35,10 @@ class Attempt {
   /// had not stopped.
   bool certifyAll(std::int64_t sweeps = std::numeric_limits<std::int64_t>::max());
 
+  /// What an engine that deforms cells has made of them, fewer if not all are done; empty if there are none,
+  /// or the run is interrupted. Pre: certifyAll(), which such an engine ends
+  std::optional<Physics> deformed();
+
   /// Removes cells until none of the others fails, without moving any: of each failing pair, the cell that
   /// fails in more pairs.
   /// @return whether this was completed in time

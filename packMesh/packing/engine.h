@@ -55,8 +55,9 @@ class RunControl {
   /// outOfTime() is true on all ranks.
   bool outOfTimeHere() const { return stopRequested() || elapsed() > end_ + spare_; }
 
-  /// Whether one of them found that the caller requests a stop.
+  /// Whether one of them found that the caller requests a stop, or that the time is over.
   bool interrupted() const { return interrupted_; }
+  bool late() const { return late_; }
 
   /// Of all attempts of the run: their cells differ in number only.
   AccessibleSpaces& spaces() { return spaces_; }
@@ -74,6 +75,7 @@ class RunControl {
                                                               : elapsed() > end_ + spare ? late
                                                                                          : no);
     interrupted_ = interrupted_ || reason == interruption;
+    late_ = late_ || reason == late;
     return interrupted_ || reason == late;
   }
   bool stopRequested() const { return problem_.execution.interrupted && problem_.execution.interrupted(); }
@@ -85,11 +87,20 @@ class RunControl {
   const PackingProblem& problem_;
   double start_, end_;  ///< by the clock; in elapsed() [s]
   double spare_;        ///< [s]
-  bool interrupted_ = false;
+  bool interrupted_ = false, late_ = false;
   AccessibleSpaces spaces_;
 };
 
 class Digest;
+class Hdf5Reader;
+
+/// What an engine has brought to full size.
+struct EngineCells {
+  std::vector<Body> cells;  ///< of this rank, with any ids
+  /// Of an engine that deforms cells, in place of these: the physics in which all have their places, as they
+  /// will be written, on all ranks. They may be fewer than requested.
+  std::optional<Physics> deformed;
+};
 
 /// The stage of an attempt in which an engine works, from placement to the first certificate. All ranks call
 /// its functions together.
@@ -110,9 +121,9 @@ class EngineStage {
   /// This rank's cells in their current state.
   virtual std::vector<Body> cells() const = 0;
   /// Everything needed to resume from here, apart from the cells.
-  virtual EnginePosition save() const = 0;
-  /// This rank's cells of full size in the best state so far, with any ids; completes the statistics.
-  virtual std::vector<Body> take() = 0;
+  virtual std::shared_ptr<const EngineState> save() const = 0;
+  /// The cells of full size in the best state so far; completes the statistics.
+  virtual EngineCells take() = 0;
 };
 
 /// An engine with its settings.
@@ -120,6 +131,22 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
+  /// The number and the name of its stage in states.
+  struct StageInFiles {
+    std::int32_t number;
+    const char* name;
+  };
+  virtual StageInFiles stage() const = 0;
+  /// The state of a file at that stage, and what it has of the cells. Every rank calls it on its own.
+  /// @param cells of this rank, in their order @param first number of the first one in the file
+  /// @throws InputError
+  virtual std::shared_ptr<const EngineState> readState(const Hdf5Reader& in, const PackingProblem& problem,
+                                                       std::int64_t first,
+                                                       std::vector<BodyState>& cells) const = 0;
+
+  /// Whether its cells get meshes of their own. Then those of full size need not fit as they are, the engine
+  /// itself packs fewer of them if Limits::fewerCells asks for that, and its states tell themselves apart.
+  virtual bool deforms() const { return false; }
   /// @throws InputError if the problem cannot be packed with these settings
   virtual void validate(const PackingProblem& problem) const = 0;
   /// Adds what states of problems with different settings are told apart by.
@@ -134,10 +161,10 @@ class Engine {
   virtual std::unique_ptr<EngineStage> begin(const PackingProblem& problem, RunControl& control,
                                              Statistics& statistics, std::function<void()> keep) const = 0;
 
-  /// The engine for trials in the search for the densest packing of fewer cells.
-  virtual std::shared_ptr<const Engine> forTrials() const = 0;
+  /// The engine for trials in the search for the densest packing of fewer cells; none if it deforms them.
+  virtual std::shared_ptr<const Engine> forTrials() const { return nullptr; }
   /// Whether its result can be denser than what that search finds.
-  virtual bool canExceedTrials() const = 0;
+  virtual bool canExceedTrials() const { return false; }
 };
 
 }  // namespace packmesh

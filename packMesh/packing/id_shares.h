@@ -20,12 +20,21 @@ class IdShares {
       : cells_(cells), communicator_(std::move(communicator)) {}
 
   /// The ids of a rank: [first, second).
-  std::pair<std::int64_t, std::int64_t> of(int rank) const;
+  std::pair<std::int64_t, std::int64_t> of(int rank) const {
+    const std::int64_t ranks = communicator_.size(), each = cells_ / ranks, rest = cells_ % ranks;
+    const auto start = [&](std::int64_t r) { return r * each + std::min(r, rest); };
+    return {start(rank), start(rank + 1)};
+  }
   std::pair<std::int64_t, std::int64_t> own() const { return of(communicator_.rank()); }
 
   /// This rank's share of the bodies that all ranks bring, each on one rank; both sorted by id. All ranks
   /// call it.
-  std::vector<BodyState> collect(std::vector<Body> bodies) const;
+  std::vector<BodyState> collect(std::vector<Body> bodies) const {
+    std::vector<BodyState> states(bodies.begin(), bodies.end());
+    bodies.clear();
+    bodies.shrink_to_fit();  // they are large
+    return collect(std::move(states));
+  }
 
   /// The same for any plain type with an `id`.
   template <class T>
@@ -50,7 +59,15 @@ class IdShares {
     for (const Known& one : known) share.push_back(one.of);
     return share;
   }
-  CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const;
+  CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const {
+    std::vector<MeasuresOfCell> measured;
+    for (std::size_t i = 0; i < ids.size(); ++i) measured.push_back(measuresOfCell(own, i));
+    measured = collect(ids, measured);
+    CellMeasures all;
+    all.resize(measured.size());
+    for (std::size_t i = 0; i < measured.size(); ++i) setMeasuresOfCell(all, i, measured[i]);
+    return all;
+  }
   /// The same for rows of numbers of any lengths.
   template <class T>
   std::vector<std::vector<T>> collect(const std::vector<std::int64_t>& ids,

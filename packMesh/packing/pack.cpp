@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -174,6 +176,7 @@ void validate(const PackingProblem& problem) {
   if (!problem.physics.container) throw InputError("the problem has no container");
   checkClearance(problem.physics.clearance, "clearance between cells");
   checkClearance(problem.physics.wallClearance, "clearance to the wall");
+  if (problem.engine && problem.engine->deforms()) return problem.engine->validate(problem);
   for (const Species& species : problem.physics.species) {
     checkShapes(species, problem.physics);
     if (species.count < 0)
@@ -240,11 +243,54 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   return densest;
 }
 
+/// Certifies cells with meshes of their own where they are, as those are whose initial poses are given. If a
+/// few meet, they are moved apart, or left out.
+/// @param end becomes the state of the packing; nullptr: none is made
+PackingResult certifiedInPlace(Physics physics, const Execution& execution, const RunControl& control,
+                               PackingState* end) {
+  PackingProblem inPlace{std::move(physics), nullptr, execution};
+  Limits& limits = inPlace.execution.limits;
+  limits.fewerCells = true;
+  if (control.limited())
+    limits.maxSeconds = std::max(Limits::leastSeconds, limits.maxSeconds - control.elapsed());
+  if (end) inPlace.checkpoints = Checkpoints{{}, [end](const PackingState& state) { *end = state; }, true};
+  PackingResult result = pack(inPlace);
+  result.deformed.emplace().physics = std::make_shared<const Physics>(std::move(inPlace.physics));
+  return result;
+}
+
+/// With an engine that deforms cells. The run continues from states of the engine alone.
+PackingResult packDeformed(const PackingProblem& problem, RunControl& control) {
+  Attempt attempt(problem, control);
+  attempt.certifyAll();
+  PackingResult result;
+  PackingState end;
+  const auto& states = problem.checkpoints;
+  if (std::optional<Physics> physics = attempt.deformed()) {
+    result = certifiedInPlace(std::move(*physics), problem.execution, control, states ? &end : nullptr);
+    control.stopped();  // asks whether it was interrupted meanwhile
+  }
+  const bool interrupted = control.interrupted() || result.outcome == Outcome::interrupted;
+  const bool succeeds = result.cellCount > 0 && !interrupted;
+  if (states && succeeds) states->save(end);
+  if (states && !succeeds && attempt.hasBegun() && (interrupted || states->savesFailed))
+    states->save(attempt.checkpointState());
+  PackingResult before = attempt.takeResult();
+  before.late = control.late();
+  if (interrupted) before.outcome = Outcome::interrupted;
+  if (!succeeds) return before;
+  result.late = before.late;
+  result.deformed->engine = before.statistics.engine;
+  if (result.cellCount < problem.physics.cellCount()) result.outcome = Outcome::outOfReach;
+  return result;
+}
+
 }  // namespace
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
   RunControl control(problem);
+  if (problem.engine && problem.engine->deforms()) return packDeformed(problem, control);
   Attempt all(problem, control);
   // With a time limit, a packing of fewer cells is secured before all of them are tried for long.
   const bool secures = control.limited() && problem.execution.limits.fewerCells;
@@ -264,6 +310,7 @@ PackingResult pack(const PackingProblem& problem) {
   PackingResult result = all.takeResult();
   result.searched = fewer.ended && !packed;
   result.statistics.searching = fewer.sweeps;
+  result.late = control.late();
   return result;
 }
 

@@ -2,7 +2,6 @@
 /// @file The input of a packing: plain data, no file formats.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -25,13 +24,8 @@ enum class Stage : std::int32_t {
   relaxation = 0,   ///< continues relax()
   certificate = 1,  ///< certifies
   repair = 2,       ///< continues relaxDeepContacts(), after cells failed the certificate
-  engine = 3,       ///< continues that of the engine; with one the only stage besides `certificate`
-  soft = 4,         ///< continues packSoft()
-  last = soft,
+  engine = 3,       ///< continues that of the engine; files have Engine::stage()
 };
-
-/// The stage in which cells are soft, in progress and states.
-inline constexpr const char* softCellsStage = "soft cells";
 
 struct RunPosition {
   Stage stage = Stage::relaxation;
@@ -40,39 +34,44 @@ struct RunPosition {
   SchedulePosition schedule;
 };
 
-/// State of PackingProblem::engine, whose numbers it alone understands: at least 0.
-struct EnginePosition {
-  std::int64_t iterations = 0;
-  std::array<std::int64_t, 5> counters = {};
-  std::array<double, 2> numbers = {};
-  std::vector<BodyState> best;  ///< of earlier attempts
+class Hdf5Writer;
+
+/// What an engine continues from, besides the cells. Plain data; Engine::readState() reads it.
+class EngineState {
+ public:
+  virtual ~EngineState() = default;
+  virtual std::int64_t iterations() const = 0;
+  virtual const char* unit() const { return "iterations"; }  ///< of them
+  /// What the attribute `iteration` of files has; 0 if iterations have a table.
+  virtual std::int64_t iterationInFiles() const { return 0; }
+  /// Writes what the format of states has of it. All ranks call. @param cells of the state, of this rank
+  virtual void write(Hdf5Writer& out, const Physics& physics, const std::vector<BodyState>& cells) const = 0;
 };
 
-/// State of soft cells, whose numbers packSoft() alone understands: counters and numbers are at least 0. Of
-/// the rank's cells, in their order: some numbers of each, and of each of its vertices.
-struct SoftPosition {
-  std::string membranes;  ///< what is told apart, besides the problem
-  std::array<std::int64_t, 6> counters = {};
-  std::array<double, 7> numbers = {};
-  static constexpr int perCell = 5, perVertex = 10;
-  std::vector<double> cells;
-  std::vector<float> vertices;
+/// Of an engine whose cells have their full size.
+class PastEngine final : public EngineState {
+ public:
+  explicit PastEngine(std::int64_t iterations) : iterations_(iterations) {}
+  std::int64_t iterations() const override { return iterations_; }
+  void write(Hdf5Writer& out, const Physics& physics, const std::vector<BodyState>& cells) const override;
+
+ private:
+  std::int64_t iterations_;
 };
 
-/// The same on all ranks except for `cells`, `soft` and `measures`. Plain data. Independent of the number of
-/// ranks.
+/// The same on all ranks except for `cells`, `measures` and what the engine says. Plain data. Independent of
+/// the number of ranks.
 struct PackingState {
   RunPosition position;
   std::int64_t repairs = 0;  ///< rounds so far
   RelaxationState relaxation;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
   std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
-  EnginePosition engine;
-  std::optional<SoftPosition> soft = {};  ///< at Stage::soft; `cells` are those that were to become soft
-  std::int64_t cellCount = 0;             ///< on all ranks
-  std::vector<BodyState> cells;           ///< of this rank, sorted by id; no cell on two ranks
-  CellMeasures measures;                  ///< of these cells, if the run has ended
-  std::vector<CellColumn> columns;        ///< others of these cells, which are saved for readers alone
+  std::shared_ptr<const EngineState> engine;                               ///< nullptr: none has worked
+  std::int64_t cellCount = 0;                                              ///< on all ranks
+  std::vector<BodyState> cells;     ///< of this rank, sorted by id; no cell on two ranks
+  CellMeasures measures;            ///< of these cells, if the run has ended
+  std::vector<CellColumn> columns;  ///< others of these cells, which are saved for readers alone
   /// To be saved with the cells: vertices of those that have meshes of their own and species with the
   /// template, in its order and frame [µm]; empty for the others. Empty: none.
   std::vector<std::vector<Vec3>> vertices;
@@ -87,6 +86,7 @@ struct Checkpoints {
   /// Which state is saved last if the problem is not feasible: that of the fewer cells in the result, or the
   /// one before cells were removed, from which a run with higher limits can continue.
   bool endsWithFewer = false;
+  bool savesFailed = true;  ///< whether the state of a packing that did not succeed is saved at its end
 };
 
 class Engine;

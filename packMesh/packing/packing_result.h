@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ struct Statistics {
   const char* unit() const { return engine ? "iterations" : "sweeps"; }
 };
 
+/// Of cells that an engine has given meshes of their own.
+struct DeformedResult {
+  std::shared_ptr<const Physics> physics;          ///< to which the cells refer, in place of the problem's
+  std::shared_ptr<const EngineStatistics> engine;  ///< what it took before their certificate
+};
+
 /// Cells with what is known of them.
 struct PackingResult {
   Outcome outcome = Outcome::certified;
@@ -61,7 +68,9 @@ struct PackingResult {
   /// If not feasible: the search for the densest packing was completed. Otherwise it was stopped by the time
   /// limit, and the cells are merely some that could be certified.
   bool searched = false;
-  Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by id
+  bool late = false;                       ///< the time limit had to do with the outcome
+  std::optional<DeformedResult> deformed;  ///< of an engine that deforms cells, if it has packed any
+  Certificate certificate;                 ///< of exactly the `cells` of all ranks; pairs and cells by id
   Statistics statistics;
 };
 

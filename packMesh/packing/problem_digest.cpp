@@ -102,7 +102,7 @@ std::string digestOf(const PackingProblem& problem) {
       problem.physics;
   Digest digest;
   digest.add(generation);
-  digest.add(problem.engine ? 1 : 0);
+  digest.add(problem.engine && !problem.engine->deforms() ? 1 : 0);
   digest.add(seed);
   digest.add(rotate);
   digest.add(clearance);

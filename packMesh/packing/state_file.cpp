@@ -10,6 +10,7 @@
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_file.h"
 #include "packMesh/io/sealed_file.h"
+#include "packMesh/packing/engine.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/problem_digest.h"
@@ -21,19 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr char kind[] = "state";
 
-/// Group of PackingState::engine, and name of its stage. There is one engine.
-constexpr char engineGroup[] = "/growth";
-
-/// Group of PackingState::soft.
-constexpr char softGroup[] = "/soft";
-
-std::string ofSoft(const char* table) {
-  return std::string(softGroup) + "/" + table;
-}
-
-std::string ofEngine(const char* table) {
-  return std::string(engineGroup) + "/" + table;
-}
+/// The group of EngineTables.
+const std::string engineGroup = "/growth";
 
 /// Bounds of plausible values: no number of a run is so large, no cell so far outside the lumen's bounds,
 /// even if the lumen is small [µm].
@@ -42,13 +32,20 @@ constexpr double mostPossible = 1e17, farthest = 100.0;
 /// Engines begin far above this scale.
 constexpr double smallestScale = 1e-12;
 
+/// Whether all numbers are so, none of them NaN.
+template <class Numbers>
+bool areFrom0To(double most, const Numbers& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(),
+                     [most](auto x) { return x >= 0 && static_cast<double>(x) < most; });
+}
+
 /// No length except that of a path is as large [µm].
 double longestPossible(const PackingProblem& problem) {
   return problem.physics.container->bounds().size().norm() + farthest;
 }
 
-const char* stageOf(const PackingState& state, bool finished) {
-  if (finished) return finishedStage;
+const char* stageOf(const PackingProblem& problem, const PackingState& state) {
+  if (isFinished(state, problem.execution.communicator)) return finishedStage;
   switch (state.position.stage) {
     case Stage::relaxation:
       return "relaxation";
@@ -57,9 +54,7 @@ const char* stageOf(const PackingState& state, bool finished) {
     case Stage::repair:
       return "repair";
     case Stage::engine:
-      return engineGroup + 1;
-    case Stage::soft:
-      return softCellsStage;
+      return problem.engine->stage().name;
   }
   return "";
 }
@@ -107,6 +102,14 @@ CellTables tablesOf(bool withShapes, const std::vector<BodyState>& cells) {
     tables.deepInWall.push_back(cell.deepInWall);
   }
   return tables;
+}
+
+void writeCells(Hdf5Writer& out, const std::string& group, bool withShapes,
+                const std::vector<BodyState>& cells) {
+  const CellTables tables = tablesOf(withShapes, cells);
+  forEachTable(withShapes, tables, [&](const char* name, int columns, const auto& table) {
+    out.table(group + name, columns, table);
+  });
 }
 
 /// Whether all tables have the same number of rows.
@@ -157,8 +160,7 @@ void writeSpecies(Hdf5Writer& out, const Physics& physics) {
 struct RunTables {
   std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
       wallCells;
-  std::vector<std::int64_t> engine;
-  std::vector<double> lengths, wallDemands, engineNumbers;
+  std::vector<double> lengths, wallDemands;
   std::vector<float> clearances;
 };
 
@@ -175,20 +177,19 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
   visit("/run/failures", 1, tables.failures);
   visit("/run/misplaced_cells", 1, tables.wallCells);
   visit("/run/demanded_of_wall", 1, tables.wallDemands);
-  visit(ofEngine("position"), 1, tables.engine);
-  visit(ofEngine("numbers"), 1, tables.engineNumbers);
 }
 
-RunTables runTablesOf(const PackingState& state) {
+RunTables runTablesOf(const PackingProblem& problem, const PackingState& state) {
   RunTables t;
   const RunPosition& at = state.position;
-  t.position = {static_cast<std::int64_t>(at.stage),
-                at.fewer ? 1 : 0,
-                at.round,
-                at.schedule.part,
-                at.schedule.sweep,
-                state.repairs,
-                state.cellCount};
+  t.position = {
+      at.stage == Stage::engine ? problem.engine->stage().number : static_cast<std::int32_t>(at.stage),
+      at.fewer ? 1 : 0,
+      at.round,
+      at.schedule.part,
+      at.schedule.sweep,
+      state.repairs,
+      state.cellCount};
   const RelaxationState& r = state.relaxation;
   t.counters = {r.sweeps,          r.listedInSweep, r.coarsely ? 1 : 0,
                 r.last.totalSteps, r.last.contacts, r.last.thorough ? 1 : 0,
@@ -208,18 +209,14 @@ RunTables runTablesOf(const PackingState& state) {
     t.wallCells.push_back(cell);
     t.wallDemands.push_back(demanded);
   }
-  const EnginePosition& e = state.engine;
-  t.engine.assign(e.counters.begin(), e.counters.end());
-  t.engine.insert(t.engine.begin() + 1, e.iterations);
-  t.engineNumbers.assign(e.numbers.begin(), e.numbers.end());
   return t;
 }
 
 /// Pre: tables of the sizes that runTablesOf() gives.
 PackingState stateOf(const RunTables& t) {
   PackingState state;
-  state.position = {
-      static_cast<Stage>(t.position[0]), t.position[1] != 0, t.position[2], {t.position[3], t.position[4]}};
+  const Stage stage = t.position[0] < std::int64_t(Stage::engine) ? Stage(t.position[0]) : Stage::engine;
+  state.position = {stage, t.position[1] != 0, t.position[2], {t.position[3], t.position[4]}};
   state.repairs = t.position[5];
   state.cellCount = t.position[6];
   RelaxationState& r = state.relaxation;
@@ -241,9 +238,6 @@ PackingState stateOf(const RunTables& t) {
     state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
   for (std::size_t i = 0; i < t.wallCells.size(); ++i)
     state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
-  state.engine.iterations = t.engine[1];
-  state.engine.counters = {t.engine[0], t.engine[2], t.engine[3], t.engine[4], t.engine[5]};
-  std::copy(t.engineNumbers.begin(), t.engineNumbers.end(), state.engine.numbers.begin());
   return state;
 }
 
@@ -251,23 +245,15 @@ bool ofTheRightSizes(const RunTables& t, std::size_t shapes) {
   return t.position.size() == 7 && t.counters.size() == 9 && t.lengths.size() == 3 &&
          (t.counts.empty() || t.counts.size() == shapes) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
-         t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
-         t.position[0] <= static_cast<std::int64_t>(Stage::last) && t.engine.size() == 6 &&
-         t.engineNumbers.size() == 2;
+         t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0;
 }
 
 /// Whether the values are possible in a run: the following code does not check them.
 bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
-  const auto from0To = [](double most) {
-    return [most](const auto& table) {
-      return std::all_of(table.begin(), table.end(),
-                         [most](auto x) { return x >= 0 && static_cast<double>(x) < most; });  // no NaN
-    };
-  };
-  const auto count = from0To(mostPossible), length = from0To(longestPossible(problem));
+  const auto count = [](const auto& table) { return areFrom0To(mostPossible, table); };
+  const auto length = [&](const auto& table) { return areFrom0To(longestPossible(problem), table); };
   return count(run.position) && count(run.counters) && length(run.lengths) && count(run.counts) &&
-         count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.engine) &&
-         count(run.engineNumbers);
+         count(run.failures) && length(run.clearances) && length(run.wallDemands);
 }
 
 /// The same for cells. Their species have been checked.
@@ -282,8 +268,7 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
     bool possible = std::abs(turned - 1.0) < rounding && cell.scale > smallestScale &&
                     cell.scale < 1.0 + rounding && cell.extraWallClearance >= 0.0 &&
                     cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
-                    cell.moved >= 0.0 && cell.moved < mostPossible && cell.stepTaken >= 0.0 &&
-                    cell.stepTaken <= 1.0;
+                    cell.moved >= 0.0 && cell.moved < mostPossible;
     for (int k = 0; k < 3; ++k)  // positions are not always wrapped at once
       possible = possible && cell.position[k] > bounds.lo[k] - size[k] - farthest &&
                  cell.position[k] < bounds.hi[k] + size[k] + farthest;
@@ -335,16 +320,6 @@ StateRecord recordOfWords(const Hdf5Reader& in) {
   return record;
 }
 
-/// @param at the state's, the same on all ranks but for its cells
-void writeSoft(Hdf5Writer& out, const SoftPosition& at) {
-  out.group(softGroup);
-  out.attribute(softGroup, "membranes", at.membranes);
-  out.commonTable(ofSoft("position"), 1, std::vector<std::int64_t>(at.counters.begin(), at.counters.end()));
-  out.commonTable(ofSoft("numbers"), 1, std::vector<double>(at.numbers.begin(), at.numbers.end()));
-  out.table(ofSoft("cells"), SoftPosition::perCell, at.cells);
-  out.table(ofSoft("vertices"), SoftPosition::perVertex, at.vertices);
-}
-
 /// The group with the files that were written with a state.
 constexpr char filesGroup[] = "/files";
 
@@ -354,8 +329,9 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   out.attribute("/", "problem", digestOf(problem));
   out.attribute("/", "lumen", problem.physics.container->describe());
   out.attribute("/", "seed", static_cast<std::int64_t>(problem.physics.seed));
-  out.attribute("/", "stage", std::string(stageOf(state, isFinished(state, problem.execution.communicator))));
-  out.attribute("/", "iteration", state.soft ? state.soft->counters[0] : state.relaxation.sweeps);
+  out.attribute("/", "stage", std::string(stageOf(problem, state)));
+  const bool atEngine = state.position.stage == Stage::engine && state.engine;
+  out.attribute("/", "iteration", atEngine ? state.engine->iterationInFiles() : state.relaxation.sweeps);
   writeRecord(out, record);
   if (!together.empty()) out.group(filesGroup);
   std::int64_t files = 0;
@@ -366,18 +342,15 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
   writeLumen(out, *problem.physics.container);
   out.group("/run");
   out.group("/relaxation");
-  out.group(engineGroup);
-  out.group(ofEngine("best"));
   out.group("/cells");
-  const RunTables run = runTablesOf(state);
+  const RunTables run = runTablesOf(problem, state);
   forEachRunTable(run, [&](const std::string& path, int columns, const auto& table) {
     out.commonTable(path, columns, table);
   });
   const bool withShapes = problem.physics.hasDeformed();
-  const CellTables cells = tablesOf(withShapes, state.cells);
-  forEachTable(withShapes, cells, [&](const char* name, int columns, const auto& table) {
-    out.table(std::string("/cells/") + name, columns, table);
-  });
+  writeCells(out, "/cells/", withShapes, state.cells);
+  std::vector<std::int32_t> species;
+  for (const BodyState& cell : state.cells) species.push_back(cell.species);
   writeColumns(out, columnsOf(state.measures, state.cells.size()));
   writeColumns(out, state.columns);
   const auto verticesOf = [&](std::size_t i) -> const std::vector<Vec3>* {
@@ -385,20 +358,9 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const StateRecord&
     const bool isDeformed = withShapes && problem.physics.isDeformed(state.cells[i]);
     return isDeformed ? &problem.physics.shapeOf(state.cells[i]).mesh().vertices : nullptr;
   };
-  writeMembranes(out, problem.physics.species.size(), cells.species, verticesOf,
-                 problem.execution.communicator);
-  // Data of the engine only: the fractions of their last steps that cells took, and the best state of earlier
-  // attempts.
-  const bool atEngine = state.position.stage == Stage::engine;
-  std::vector<double> taken;
-  for (const BodyState& cell : state.cells)
-    if (atEngine) taken.push_back(cell.stepTaken);
-  out.table(ofEngine("taken"), 1, taken);
-  const CellTables best = tablesOf(withShapes, state.engine.best);
-  forEachTable(withShapes, best, [&](const char* name, int columns, const auto& table) {
-    out.table(ofEngine("best/") + name, columns, table);
-  });
-  if (state.soft) writeSoft(out, *state.soft);
+  writeMembranes(out, problem.physics.species.size(), species, verticesOf, problem.execution.communicator);
+  const PastEngine idle(0);
+  (state.engine ? *state.engine : idle).write(out, problem.physics, state.cells);
 }
 
 }  // namespace
@@ -467,33 +429,29 @@ StateRecord readStateRecord(const Hdf5Reader& in) {
 
 namespace {
 
-/// Of the cells [first, end).
-SoftPosition readSoft(const Hdf5Reader& in, const Physics& physics, std::int64_t first, std::int64_t end) {
-  constexpr double most = 1e9;  // no length [µm] and no force [pN] is so large
-  SoftPosition at;
-  at.membranes = in.text(softGroup, "membranes");
-  const auto counters = in.table<std::int64_t>(ofSoft("position"), 1, 0, std::int64_t(at.counters.size()));
-  const auto numbers = in.table<double>(ofSoft("numbers"), 1, 0, std::int64_t(at.numbers.size()));
-  std::copy(counters.begin(), counters.end(), at.counters.begin());
-  std::copy(numbers.begin(), numbers.end(), at.numbers.begin());
-  std::int64_t before = 0, own = 0;  // vertices
-  const auto species = in.table<std::int32_t>("/cells/species", 1, 0, end);
-  for (std::int64_t i = 0; i < end; ++i) {
-    if (species[i] < 0 || species[i] >= static_cast<std::int32_t>(physics.species.size()))
-      in.fail("is damaged: it contains a cell that is not part of the problem");
-    const auto& mesh = physics.shapeOf(physics.species[species[i]]).mesh();
-    (i < first ? before : own) += static_cast<std::int64_t>(mesh.vertices.size());
-  }
-  at.cells = in.table<double>(ofSoft("cells"), SoftPosition::perCell, first, end - first);
-  at.vertices = in.table<float>(ofSoft("vertices"), SoftPosition::perVertex, before, own);
-  const auto possible = [](double x) { return std::abs(x) < most; };  // no NaN
-  const auto counts = [](auto x) { return x >= 0 && static_cast<double>(x) < mostPossible; };
-  if (!std::all_of(at.counters.begin(), at.counters.end(), counts) ||
-      !std::all_of(at.numbers.begin(), at.numbers.end(), counts) ||
-      !std::all_of(at.cells.begin(), at.cells.end(), possible) ||
-      !std::all_of(at.vertices.begin(), at.vertices.end(), possible))
-    in.fail("is damaged: it contains values out of range");
-  return at;
+const char* const misfit = "is damaged: the sizes of its tables are inconsistent";
+const char* const impossible = "is damaged: it contains values out of range";
+
+/// Cells of a group, whose species, shapes and numbers are possible.
+/// @param ids they are less than this
+std::vector<BodyState> readCells(const Hdf5Reader& in, const std::string& group,
+                                 const PackingProblem& problem, std::int64_t first, std::int64_t count,
+                                 std::int64_t ids) {
+  const bool withShapes = in.has("/cells/shape");
+  CellTables tables;
+  forEachTable(withShapes, tables, [&](const char* name, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(group + name, columns, first, count);
+  });
+  if (!alike(withShapes, tables)) in.fail(misfit);
+  std::vector<BodyState> cells = cellsOf(problem.physics, tables);
+  const auto unknown = [&](const BodyState& cell) {
+    return !problem.physics.areOfCell(cell.species, cell.shape) || cell.id < 0 || cell.id >= ids;
+  };
+  if (std::any_of(cells.begin(), cells.end(), unknown))
+    in.fail("is damaged: it contains a cell that is not part of the problem");
+  if (!ofPossibleNumbers(cells, problem)) in.fail(impossible);
+  return cells;
 }
 
 /// The data of this rank.
@@ -506,58 +464,67 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(path, columns);
   });
-  const char* const misfit = "is damaged: the sizes of its tables are inconsistent";
   if (!ofTheRightSizes(run, problem.physics.shapes.size())) in.fail(misfit);
-  const char* const impossible = "is damaged: it contains values out of range";
+  const std::int64_t stage = run.position[0];
+  if (stage >= std::int64_t(Stage::engine) && !(problem.engine && problem.engine->stage().number == stage))
+    in.fail("is at the stage of an engine that this run does not have");
   if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
   PackingState state = stateOf(run);
   if (in.size("/cells/id")[0] != state.cellCount) in.fail(misfit);
   const auto [first, end] = IdShares(state.cellCount, ranks).own();
-  const bool withShapes = in.has("/cells/shape");
-  CellTables cells;
-  forEachTable(withShapes, cells,
-               [&, from = first, count = end - first](const char* name, int columns, auto& table) {
-                 using Number = typename std::decay_t<decltype(table)>::value_type;
-                 table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
-               });
+  const bool atEngine = state.position.stage == Stage::engine;
+  const std::int64_t ids = state.cellCount + (atEngine ? 0 : problem.physics.cellCount());
+  state.cells = readCells(in, "/cells/", problem, first, end - first, ids);
+  const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
+  if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end())
+    in.fail(impossible);
   for (const CellMeasures::Column& column : CellMeasures::columns)
     state.measures.*column.values =
         in.table<double>(std::string("/cells/") + column.name, 1, first, end - first);
-  state.cells = cellsOf(problem.physics, cells);
-  if (state.position.stage == Stage::engine) {
-    if (in.size(ofEngine("taken"))[0] != state.cellCount) in.fail(misfit);
-    const std::vector<double> taken = in.table<double>(ofEngine("taken"), 1, first, end - first);
-    for (std::size_t i = 0; i < taken.size(); ++i) state.cells[i].stepTaken = taken[i];
-  }
-  if (state.position.stage == Stage::soft) state.soft = readSoft(in, problem.physics, first, end);
-  const std::int64_t bestCells = in.size(ofEngine("best/id"))[0];
-  if (bestCells != 0 && bestCells != state.cellCount) in.fail(misfit);
-  CellTables best;
-  forEachTable(withShapes, best,
-               [&, from = bestCells > 0 ? first : 0, count = bestCells > 0 ? end - first : 0](
-                   const char* name, int columns, auto& table) {
-                 using Number = typename std::decay_t<decltype(table)>::value_type;
-                 table = in.table<Number>(ofEngine("best/") + name, columns, from, count);
-               });
-  if (!alike(withShapes, best)) in.fail(misfit);
-  state.engine.best = cellsOf(problem.physics, best);
-  std::int64_t all = state.cellCount;
-  if (state.position.stage != Stage::engine)
-    for (const Species& species : problem.physics.species) all += species.count;
-  const auto unknown = [&](const BodyState& cell) {
-    return !problem.physics.areOfCell(cell.species, cell.shape) || cell.id < 0 || cell.id >= all;
-  };
-  if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
-      std::any_of(state.engine.best.begin(), state.engine.best.end(), unknown))
-    in.fail("is damaged: it contains a cell that is not part of the problem");
-  const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
-  if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
-      !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.engine.best, problem))
-    in.fail(impossible);
+  if (atEngine)
+    state.engine = problem.engine->readState(in, problem, first, state.cells);
+  else if (const std::int64_t iterations = EngineTables::read(in, problem, 0, 0).position[1]; iterations > 0)
+    state.engine = std::make_shared<const PastEngine>(iterations);
   return state;
 }
 
 }  // namespace
+
+void EngineTables::write(Hdf5Writer& out, const Physics& physics) const {
+  out.group(engineGroup);
+  out.group(engineGroup + "/best");
+  out.commonTable(engineGroup + "/position", 1, std::vector<std::int64_t>(position.begin(), position.end()));
+  out.commonTable(engineGroup + "/numbers", 1, std::vector<double>(numbers.begin(), numbers.end()));
+  out.table(engineGroup + "/taken", 1, taken);
+  writeCells(out, engineGroup + "/best/", physics.hasDeformed(), best);
+}
+
+EngineTables EngineTables::read(const Hdf5Reader& in, const PackingProblem& problem, std::int64_t first,
+                                std::int64_t count) {
+  EngineTables tables;
+  const auto position = in.table<std::int64_t>(engineGroup + "/position", 1);
+  const auto numbers = in.table<double>(engineGroup + "/numbers", 1);
+  const std::int64_t cells = in.size("/cells/id")[0], best = in.size(engineGroup + "/best/id")[0];
+  if (position.size() != tables.position.size() || numbers.size() != tables.numbers.size() ||
+      (best != 0 && best != cells))
+    in.fail(misfit);
+  if (!areFrom0To(mostPossible, position) || !areFrom0To(mostPossible, numbers)) in.fail(impossible);
+  std::copy(position.begin(), position.end(), tables.position.begin());
+  std::copy(numbers.begin(), numbers.end(), tables.numbers.begin());
+  if (count == 0) return tables;
+  if (in.size(engineGroup + "/taken")[0] != cells) in.fail(misfit);
+  tables.taken = in.table<double>(engineGroup + "/taken", 1, first, count);
+  const auto isShare = [](double x) { return x >= 0.0 && x <= 1.0; };
+  if (!std::all_of(tables.taken.begin(), tables.taken.end(), isShare)) in.fail(impossible);
+  if (best > 0) tables.best = readCells(in, engineGroup + "/best/", problem, first, count, cells);
+  return tables;
+}
+
+void PastEngine::write(Hdf5Writer& out, const Physics& physics, const std::vector<BodyState>&) const {
+  EngineTables tables;
+  tables.position[1] = iterations_;
+  tables.write(out, physics);
+}
 
 PackingState readState(const fs::path& file, const PackingProblem& problem) {
   const Communicator& ranks = problem.execution.communicator;

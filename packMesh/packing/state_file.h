@@ -2,6 +2,7 @@
 /// @file States of packings in HDF5 files; docs/reference/state.md describes the format.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -19,6 +20,7 @@
 namespace packmesh {
 
 class Hdf5Reader;
+class Hdf5Writer;
 
 /// Names of files that were written together with a state, into the same folder, and hashes of their contents
 /// (fileHash()).
@@ -42,7 +44,7 @@ struct StateRecord {
 struct StateHead {
   std::string digest;  ///< of the problem, see digestOf()
   StateRecord record;
-  std::string stage;  ///< of the run, human-readable: softCellsStage, finishedStage
+  std::string stage;  ///< of the run, human-readable: that of an engine, finishedStage
   std::int64_t cells = 0;
   bool deformed = false;  ///< some have meshes of their own
   FilesOfState files;
@@ -87,6 +89,21 @@ StateRecord readStateRecord(const Hdf5Reader& in);
 /// @throws InputError on all ranks if the file is not a state file, is of another version, damaged, or not of
 ///   this problem
 PackingState readState(const std::filesystem::path& file, const PackingProblem& problem);
+
+/// A group that states of all engines have, and those of none. An engine decides what its numbers are.
+struct EngineTables {
+  std::array<std::int64_t, 6> position = {};  ///< counters; the second is that of iterations
+  std::array<double, 2> numbers = {};
+  std::vector<double> taken;    ///< of each cell of this rank: share of its last step
+  std::vector<BodyState> best;  ///< all cells in the best state of earlier attempts, or none
+
+  /// All ranks call.
+  void write(Hdf5Writer& out, const Physics& physics) const;
+  /// Every rank calls it on its own. @param count of cells from the first one on; 0: without them
+  /// @throws InputError if they are not those of a run, whose numbers are at least 0
+  static EngineTables read(const Hdf5Reader& in, const PackingProblem& problem, std::int64_t first,
+                           std::int64_t count);
+};
 
 /// Cells with their kinds, which Cell::species counts.
 struct StateCells {

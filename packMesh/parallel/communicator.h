@@ -63,6 +63,14 @@ class Communicator {
   /// The text of rank `root`, on all ranks.
   std::string broadcast(const std::string& text, int root) const;
 
+  /// The value of the first rank, on all ranks. While it works alone, the others sleep.
+  template <class T>
+  T fromFirst(T value) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (!alone()) sendFromFirst(&value, sizeof(T));
+    return value;
+  }
+
   /// Sends to[r] to rank r, for every r. @return what each rank sent to this one, by rank
   template <class T>
   std::vector<std::vector<T>> exchange(std::vector<std::vector<T>> to) const {
@@ -205,6 +213,7 @@ class Communicator {
     }
     return rows;
   }
+  void sendFromFirst(void* data, std::size_t bytes) const;
   std::vector<std::int64_t> exchangedLengths(const std::vector<std::int64_t>& to) const;
   std::vector<std::int64_t> gatheredLengths(std::int64_t mine) const;
   /// Between this rank and all others. Pre: the lengths were exchanged.

@@ -38,7 +38,6 @@ struct Progress {
   double scale = 1.0;           ///< common scale of the cells [fraction]
   double worstOverlap = 0.0;    ///< deepest penetration into a clearance [µm]
   std::int64_t unresolved = 0;  ///< pairs that still overlap
-  std::int64_t left = 0;        ///< sweeps that are still to be done, as far as can be told; 0: it cannot
 };
 
 struct Execution {

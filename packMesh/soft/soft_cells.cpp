@@ -203,12 +203,6 @@ double SoftCells::scale(std::size_t cell) const {
   return cells_[cell].scale;
 }
 
-std::int64_t SoftCells::iterationsUntilFull(double startScale) const {
-  const double now = smallestScale(), grown = std::log(now / startScale);
-  const double pace = grown > 0.0 ? grown / double(iterations_) : std::log(1.0 + settings_.swelling);
-  return std::int64_t(std::ceil(-std::log(now) / pace - std::log(stiffening_) / std::log(softening)));
-}
-
 /// What the batches of all ranks have in common.
 void SoftCells::summarize() {
   float farthest = 0.0f;
@@ -220,7 +214,7 @@ void SoftCells::summarize() {
     }
   std::vector<std::int64_t> none;
   std::vector<double> most = {farthest, -scale};
-  shares_.ranks().sumAndMax(none, most);
+  team().sumAndMax(none, most);
   farthest_ = float(most[0]);
   smallestScale_ = -most[1];
 }
@@ -230,7 +224,7 @@ double SoftCells::usualForce() const {
   for (const Batch& batch : batches_)
     for (int lane = 0; lane < int(batch.cells.size()); ++lane)
       if (batch.moves[lane] > 0.0f) own.push_back(batch.largestForce[lane]);
-  std::vector<float> all = shares_.ranks().gatherAll(own);
+  std::vector<float> all = team().gatherAll(own);
   const auto at = all.begin() + std::ptrdiff_t(all.size() / oneOf);
   if (at == all.end()) return 0.0;
   std::nth_element(all.begin(), at, all.end(), std::greater<float>());
@@ -285,10 +279,11 @@ void SoftCells::exchange() {
                    [&](int i, const float* from) { return unpack(i, from); });
 }
 
-void SoftCells::save(SoftPosition& to) const {
-  to.counters[0] = iterations_;
-  to.numbers[0] = stiffening_;
-  to.numbers[1] = listed_ ? skin_ : 0.0;
+SoftCellsState SoftCells::state() const {
+  SoftCellsState to;
+  to.iterations = iterations_;
+  to.stiffening = stiffening_;
+  to.skin = listed_ ? skin_ : 0.0;
   const auto numbersOf = [&](int i, std::vector<double>& all) {
     const Cell& cell = cells_[i];
     const Batch& batch = batches_[cell.batch];
@@ -304,16 +299,17 @@ void SoftCells::save(SoftPosition& to) const {
       all.push_back(cell.wall.empty() ? notKnown : cell.wall[v]);
     }
   };
-  to.cells = shares_.byIds<double>(numbersOf, [](int) { return SoftPosition::perCell; });
+  to.cells = shares_.byIds<double>(numbersOf, [](int) { return SoftCellsState::perCell; });
   to.vertices = shares_.byIds<float>(numbersOfVertices, [&](int i) {
-    return SoftPosition::perVertex * views_[cells_[i].membrane].vertices;
+    return SoftCellsState::perVertex * views_[cells_[i].membrane].vertices;
   });
+  return to;
 }
 
-void SoftCells::restore(const SoftPosition& from) {
-  iterations_ = from.counters[0];
-  stiffening_ = from.numbers[0];
-  skin_ = from.numbers[1];
+void SoftCells::restore(const SoftCellsState& from) {
+  iterations_ = from.iterations;
+  stiffening_ = from.stiffening;
+  skin_ = from.skin;
   listed_ = skin_ > 0.0;
   const double* ofCell = from.cells.data();
   const float* ofVertex = from.vertices.data();
@@ -323,8 +319,8 @@ void SoftCells::restore(const SoftPosition& from) {
     const bool own = shares_.isMine(cell.number);
     if (own) batches_[cell.batch].scale[cell.lane] = cell.scale;
     if (own) batches_[cell.batch].farthest[cell.lane] = float(ofCell[4]);
-    ofCell += SoftPosition::perCell;
-    for (std::size_t v = 0; 4 * v < cell.position.size(); ++v, ofVertex += SoftPosition::perVertex) {
+    ofCell += SoftCellsState::perCell;
+    for (std::size_t v = 0; 4 * v < cell.position.size(); ++v, ofVertex += SoftCellsState::perVertex) {
       for (std::size_t k = 0; k < 3; ++k) {
         cell.position[4 * v + k] = ofVertex[3 + k];
         if (!own) continue;
@@ -337,6 +333,7 @@ void SoftCells::restore(const SoftPosition& from) {
       if (!cell.wall.empty()) cell.wall[v] = ofVertex[9];
     }
   }
+  if (!computes()) return;
   summarize();
   if (listed_) listContacts();  // for where the vertices were then
   for (const int i : mine()) {
@@ -350,7 +347,6 @@ void SoftCells::restore(const SoftPosition& from) {
 
 /// Lists the contacts of cells where they are, up to their range and a skin.
 void SoftCells::listContacts() {
-  const Communicator& ranks = shares_.ranks();
   for (Thread& thread : ofThread_) {
     thread.fours.clear();
     thread.until.clear();
@@ -368,9 +364,9 @@ void SoftCells::listContacts() {
     FloatBox box;
   };
   std::vector<Boxed> boxes;
-  if (!ranks.alone())
+  if (!team().alone())
     for (const int i : mine()) boxes.push_back({i, cells_[i].box});
-  for (const Boxed& one : ranks.gatherAll(boxes)) cells_[one.cell].box = one.box;
+  for (const Boxed& one : team().gatherAll(boxes)) cells_[one.cell].box = one.box;
   SoftNeighbors near = neighbors();
   shares_.find(near);
   forgetOthers();

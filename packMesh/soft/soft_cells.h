@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/packing/packing_problem.h"
 #include "packMesh/parallel/threads.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/soft/contact_lists.h"
@@ -44,10 +43,20 @@ struct SoftCell {
   int wall = -1;               ///< index into the walls; -1: none
 };
 
+/// Everything that the next steps depend on. Of cells: some numbers of each, and of each of its vertices.
+struct SoftCellsState {
+  std::int64_t iterations = 0;
+  double stiffening = 1.0;
+  double skin = 0.0;  ///< of the lists of contacts [µm]; 0: there are none
+  static constexpr int perCell = 5, perVertex = 10;
+  std::vector<double> cells;
+  std::vector<float> vertices;
+};
+
 class SoftCells {
  public:
-  /// Each rank computes the cells of a part of the lumen. All ranks call everything together, but for
-  /// functions of single cells.
+  /// Each rank computes the cells of a part of the lumen; few cells are computed by the first rank. All ranks
+  /// call everything together, but for functions of single cells, and those of the ranks that compute.
   /// @param cells of all ranks
   /// @param period of the lumen along each axis, 0 where it is not periodic [µm]
   /// Pre: no two meshes meet, nor does one meet itself or the wall
@@ -55,9 +64,27 @@ class SoftCells {
             const SoftSettings& settings, const Threads& threads, const Communicator& ranks = {});
   ~SoftCells();
 
+  /// Whether this rank computes cells; with which others it does; steps at a time if others wait for it.
+  bool computes() const { return shares_.computes(); }
+  const Communicator& team() const { return shares_.team(); }
+  std::int64_t stepsAtOnce() const { return shares_.isFirstAlone() ? 20 : 1; }
   /// Grows all cells that have room for it, and moves every vertex by a step down the energy. The result does
-  /// not depend on the number of ranks and threads.
+  /// not depend on the number of ranks and threads. Ranks that compute call it.
   void step();
+  /// How far those have come that compute, for all. They also tell `more`. All ranks call it after steps.
+  template <class T>
+  T told(const T& more) {
+    struct All {
+      std::int64_t iterations;
+      double stiffening, smallestScale;
+      T more;
+    } all{iterations_, stiffening_, smallestScale_, more};
+    if (shares_.isFirstAlone()) all = shares_.ranks().fromFirst(all);
+    iterations_ = all.iterations;
+    stiffening_ = all.stiffening;
+    smallestScale_ = all.smallestScale;
+    return all.more;
+  }
 
   /// Makes bending stiff again, as while cells grew, so that sharp folds open, and multiplies the range of
   /// the wall's barrier by a factor below 1, which gives them room.
@@ -71,11 +98,9 @@ class SoftCells {
   std::int64_t iterations() const { return iterations_; }
   /// Whether all cells have their full size, and the membranes their own stiffness.
   bool full() const { return stiffening_ == 1.0 && smallestScale() == 1.0; }
-  /// Iterations until then, if cells go on growing as since all had this scale.
-  std::int64_t iterationsUntilFull(double startScale) const;
   double smallestScale() const { return smallestScale_; }
   /// Largest force on a vertex in the last step, of the cells that move, apart from the hundredth of them
-  /// with the largest: that of all would grow with their number [pN].
+  /// with the largest: that of all would grow with their number [pN]. Ranks that compute call it.
   double usualForce() const;
 
   const std::vector<int>& mine() const { return shares_.mine(); }  ///< the cells of this rank, ascending
@@ -87,11 +112,10 @@ class SoftCells {
   double scale(std::size_t cell) const;  ///< of its state at rest
   std::vector<Vec3> vertices(std::size_t cell) const;
 
-  /// Everything that the next steps depend on: the numbers of this rank's share of the cells (IdShares), the
-  /// first counter (iterations) and the first two numbers.
-  void save(SoftPosition& to) const;
-  /// Pre: saved by such cells, all of them
-  void restore(const SoftPosition& from);
+  /// With the numbers of this rank's share of the cells (IdShares).
+  SoftCellsState state() const;
+  /// Pre: of such cells, all of them
+  void restore(const SoftCellsState& from);
 
  private:
   struct Batch;

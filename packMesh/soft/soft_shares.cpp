@@ -109,7 +109,8 @@ SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, doubl
 SoftShares::SoftShares(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work,
                        const Communicator& ranks)
     : ranks_(ranks),
-      owner_(Bisection(centers, work, ranks.size()).owners()),
+      team_(centers.size() > few ? ranks : Communicator()),
+      owner_(Bisection(centers, work, team_.size()).owners()),
       sends_(ranks.size()),
       receives_(ranks.size()),
       sent_(ranks.size()) {
@@ -118,7 +119,7 @@ SoftShares::SoftShares(const std::vector<Vec3>& centers, const std::vector<std::
 }
 
 void SoftShares::find(const SoftNeighbors& near) {
-  if (ranks_.alone()) return;
+  if (team_.alone()) return;
   sends_.assign(ranks_.size(), {});
   receives_.assign(ranks_.size(), {});
   const auto need = [&](int cell, int other) {  // the rank of the first needs the other
@@ -141,7 +142,7 @@ void SoftShares::find(const SoftNeighbors& near) {
 }
 
 void SoftShares::exchange(const Pack& pack, const Unpack& unpack) {
-  if (ranks_.alone()) return;
+  if (team_.alone()) return;
   for (std::size_t rank = 0; rank < sends_.size(); ++rank) {
     sent_[rank].clear();
     for (const int i : sends_[rank]) pack(i, sent_[rank]);

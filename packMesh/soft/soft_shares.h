@@ -23,15 +23,21 @@ using SoftNeighbors = std::vector<std::vector<std::pair<int, Vec3>>>;
 SoftNeighbors nearBoxes(const std::vector<Box>& boxes, const Vec3& period, double reach,
                         const Threads& threads);
 
-/// Cells are divided among ranks by where they begin.
+/// Cells are divided among ranks by where they begin. Few are computed by the first rank alone: sending them
+/// would take longer.
 class SoftShares {
  public:
   SoftShares() = default;  ///< none
   /// @param centers of the cells [µm] @param work of each cell, in any unit
   SoftShares(const std::vector<Vec3>& centers, const std::vector<std::int64_t>& work,
              const Communicator& ranks);
+  static constexpr std::size_t few = 16;  ///< as many as there are lanes
 
+  /// All; and those that compute cells together, if this one does.
   const Communicator& ranks() const { return ranks_; }
+  const Communicator& team() const { return team_; }
+  bool isFirstAlone() const { return team_.size() < ranks_.size(); }
+  bool computes() const { return !isFirstAlone() || ranks_.rank() == 0; }
   int ownerOf(std::size_t cell) const { return owner_[cell]; }
   bool isMine(std::size_t cell) const { return owner_[cell] == ranks_.rank(); }
   const std::vector<int>& mine() const { return mine_; }      ///< ascending
@@ -44,10 +50,9 @@ class SoftShares {
   /// Appends the numbers of a cell; takes them over, and returns what follows them.
   using Pack = std::function<void(int cell, std::vector<float>& to)>;
   using Unpack = std::function<const float*(int cell, const float* from)>;
-  // All ranks call.
-  /// Sends the numbers of cells to the ranks that need them.
+  /// Sends the numbers of cells to the ranks that need them. All ranks of the team call.
   void exchange(const Pack& pack, const Unpack& unpack);
-  /// Sends those of all cells to all ranks.
+  /// Sends those of all cells to all ranks, which all call.
   void gather(const Pack& pack, const Unpack& unpack) const;
 
   /// The numbers of the cells of this rank's IdShares, whose cells have these numbers as ids.
@@ -81,7 +86,7 @@ class SoftShares {
   }
 
  private:
-  Communicator ranks_;
+  Communicator ranks_, team_;
   std::vector<int> owner_, mine_, others_;
   std::vector<std::vector<int>> sends_, receives_;   ///< to and from each rank
   std::vector<std::vector<float>> sent_, received_;  ///< of them

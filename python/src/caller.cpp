@@ -219,7 +219,7 @@ void Caller::tell(const Progress& progress, ProgressLog& log) {
   if (told_ && now - *told_ < progressInterval) return;
   told_ = now;
   const double seconds = log.seconds();
-  const std::optional<double> remaining = log.remaining(progress, seconds);
+  const std::optional<double> remaining = log.remaining(seconds);
   const std::string text = log.text(progress, seconds);
   inPython("the callback `progress`", [&] {
     progress_(progress.stage, progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved,

@@ -92,6 +92,33 @@ TEST_CASE("The cells of a state of version 2 are read, and its run is not contin
   ok(folder, "10 10 10 --plt 3 --ends periodic --start two.h5");
 }
 
+TEST_CASE("Runs of version 1.2 that ended at a limit are continued on any number of ranks",
+          "[executable][mpi]") {
+  const auto [file, asked] = GENERATE(
+      std::pair<std::string, std::string>{"state_1.2_soft.h5",
+                                          "2.8 2.8 2.8 --ends periodic --plt 4 --soft --clearance 0"},
+      std::pair<std::string, std::string>{"state_1.2_growth.h5",
+                                          "4 4 4 --ends periodic --plt 4 --method cat --clearance 0"});
+  if (asked.find("cat") != asked.npos && !hasCat()) return;
+  const TemporaryFolder folder;
+  fs::copy(fs::path(test::sourceFolder) / "tests/data" / file, folder / "s.checkpoint.h5");
+  ok(folder, asked + " --state whole.h5");
+  const auto cellsIn = [&](const char* name) { return readStateCells(folder / name, Communicator()).cells; };
+  const std::vector<Cell> whole = cellsIn("whole.h5");
+  REQUIRE(whole.size() == 4);
+  for (const int ranks : {1, 2}) {
+    const std::string restart = "--restart s.checkpoint.h5 --max-iterations 5000 --state rest.h5";
+    const Ran ran = withExit(0, runProcess(folder, restart, "OMP_NUM_THREADS=1 " + onRanks(ranks)));
+    CHECK_THAT(ran.out, Contains("Continuing from s.checkpoint.h5: after "));
+    const std::vector<Cell> rest = cellsIn("rest.h5");
+    REQUIRE(rest.size() == whole.size());
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      CHECK(rest[i].pose.position == whole[i].pose.position);
+      CHECK(rest[i].vertices == whole[i].vertices);
+    }
+  }
+}
+
 TEST_CASE("A state is continued after its folder was moved, and names no place of the program",
           "[executable]") {
   const TemporaryFolder folder;

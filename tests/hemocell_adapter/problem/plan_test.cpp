@@ -136,6 +136,7 @@ TEST_CASE("Cells are soft where undeformed ones do not fit", "[soft]") {
   CHECK(lettersOf(soft) == "pus");
   CHECK(soft.rungs[0].otherwise == 2);
   CHECK(soft.rungs[2].most == 20000);
+  CHECK(planFor(with({"--soft", "--max-iterations", "50000"})).rungs[2].most == 50000);
   CHECK(lettersOf(planFor(with({"--soft", "--best-effort"}))) == "puSU");
   CHECK(lettersOf(planFor(with({"--soft"}), Begin::soft)) == "s");
   CHECK(lettersOf(planFor(with({"--soft"}), Begin::undeformed)) == "us");

@@ -6,6 +6,7 @@
 
 #include "hemocell_adapter/base/messages.h"
 #include "hemocell_adapter/problem/forecast.h"
+#include "packMesh/soft/soft_engine.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 
@@ -124,20 +125,15 @@ TEST_CASE("Cells are undeformed where they fit beside fixed soft ones", "[attemp
   }
 }
 
-TEST_CASE("The remaining time of soft cells follows from what is left and what was done", "[attempts]") {
+TEST_CASE("Progress of soft cells tells how large they are, and no time that nobody knows", "[attempts]") {
   const auto problem = problemShared({"16", "16", "16", "--rbc", "4", "--soft"});
   LumenSample sample(*problem);
   ProgressLog progress(*problem, sample);
-  const auto at = [](std::int64_t iteration, std::int64_t left) {
-    return Progress{softCellsStage, iteration, 1.0, 0.0, 0, left};
-  };
-  CHECK_FALSE(progress.remaining(at(10, 90), 5.0));  // the first one
-  CHECK(progress.remaining(at(20, 60), 9.0) == Approx(60 * 4.0 / 10));
-  CHECK(progress.remaining(at(50, 10), 25.0) == Approx(10 * 20.0 / 40));
-  CHECK_THAT(progress.text(at(50, 10), 25.0), Contains("at least 5 s left"));
-  CHECK_FALSE(progress.remaining(at(60, 0), 30.0));
-  CHECK_FALSE(progress.remaining(at(10, 90), 31.0));  // another attempt
-  CHECK(progress.remaining(at(20, 80), 41.0) == Approx(80.0));
+  for (const double scale : {0.8, 1.0}) {
+    const std::string text = progress.text({softCellsStage, 40, scale, 0.0, 0}, 40.0);
+    CHECK_THAT(text, Contains("soft cells: iteration 40") && Contains("; 40 s") && !Contains("left"));
+    CHECK_THAT(text, Contains(scale < 1.0 ? "at scale 0.80" : "coming to rest"));
+  }
 }
 
 TEST_CASE("An attempt that is interrupted has no cells", "[attempts]") {

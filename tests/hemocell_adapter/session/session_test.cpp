@@ -10,6 +10,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/state_file.h"
+#include "packMesh/soft/soft_engine.h"
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/catch.h"
 #include "tests/support/temporary_folder.h"
@@ -171,6 +172,33 @@ TEST_CASE("An interrupted session hands out nothing", "[session]") {
   hooks.interrupted = [] { return true; };
   const AgreedFailure failure = Quiet({"16", "16", "16", "--rbc", "6"}, hooks).failure();
   CHECK(failure.code() == ExitCode::interrupted);
+}
+
+TEST_CASE("A failed packing names the limit with which a restart gets farther", "[session]") {
+  const test::TemporaryFolder folder;
+  const auto raised = [&](const std::string& hematocrit, const std::vector<std::string>& more) {
+    std::vector<std::string> asked = {"8",
+                                      "8",
+                                      "8",
+                                      "--ends",
+                                      "periodic",
+                                      "--plt_ratio",
+                                      "0",
+                                      "--hematocrit",
+                                      hematocrit,
+                                      "--state",
+                                      (folder / "s.h5").string()};
+    asked.insert(asked.end(), more.begin(), more.end());
+    Quiet quiet(asked);
+    static_cast<void>(quiet.failure());
+    CHECK(quiet.session.stateSaved());
+    return quiet.session.raise();
+  };
+  const std::string iterations = named("max-iterations", "NUMBER");
+  CHECK(raised("0.75", {"--soft", "--max-iterations", "20"}) == iterations);
+  CHECK(raised("0.65", {"--max-iterations", "5"}) == iterations);
+  // At rest, with more force than is allowed, which the message names.
+  CHECK(raised("0.75", {"--soft", "--max-force", "0.5"}).empty());
 }
 
 TEST_CASE("Soft cells whose certificate is interrupted are certified when the run continues", "[session]") {

@@ -41,7 +41,10 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Stage stage = states[i].position.stage;
     const int seen = stages.ofStage[int(stage)]++;
-    stages.attempts = std::max(stages.attempts, states[i].engine.counters[0] + 1);
+#if PACKMESH_CAT
+    if (const auto* of = dynamic_cast<const CatState*>(states[i].engine.get()))
+      stages.attempts = std::max(stages.attempts, of->attempt + 1);
+#endif
     stages.annealing += states[i].position.schedule.part > 0;
     const bool newPart = before && before->position.schedule.part != states[i].position.schedule.part;
     before = &states[i];
@@ -321,8 +324,8 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
   };
   const auto cell = [&](PackingState& s) -> BodyState& { return s.cells[random() % s.cells.size()]; };
   const auto id = [&] { return std::int64_t(random() % states[0].cells.size()); };
-  const std::vector<std::function<void(PackingState&)>> changes = {
-      [&](PackingState& s) { s.position.stage = static_cast<Stage>(random() % 6); },
+  std::vector<std::function<void(PackingState&)>> changes = {
+      [&](PackingState& s) { s.position.stage = static_cast<Stage>(random() % (growing ? 4 : 3)); },
       [&](PackingState& s) { s.position.fewer = !s.position.fewer; },
       [&](PackingState& s) { s.position.round = number(); },
       [&](PackingState& s) {
@@ -363,21 +366,32 @@ TEST_CASE("A run continued from any readable state ends with a certificate", "[l
         s.cells.erase(s.cells.begin() + std::ptrdiff_t(random() % s.cells.size()));
         --s.cellCount;
       },
-      [&](PackingState& s) { s.engine.iterations = number(); },
-      [&](PackingState& s) { s.engine.counters[random() % 5] = number(); },
-      [&](PackingState& s) {
-        s.engine.numbers = {length(), 0.0};
-      },
-      [&](PackingState& s) {
-        s.engine.numbers = {0.0, double(number())};
-      },
       [&](PackingState& s) { cell(s).stepTaken = length(); },
-      [&](PackingState& s) { s.engine.best.assign(2, cell(s)); },
-      [&](PackingState& s) {
-        s.engine.best.assign(2, cell(s));
-        s.engine.best[1].species = int(random() % 4) - 1;
-      },
   };
+#if PACKMESH_CAT
+  const auto changeOfEngine = [&](auto change) {
+    changes.push_back([&cell, change](PackingState& s) {
+      const auto* const of = dynamic_cast<const CatState*>(s.engine.get());
+      if (!of) return;
+      auto changed = std::make_shared<CatState>(*of);
+      change(*changed, cell(s));
+      s.engine = changed;
+    });
+  };
+  changeOfEngine([&](CatState& s, const BodyState&) { s.done = number(); });
+  changeOfEngine([&](CatState& s, const BodyState&) { s.attempt = number(); });
+  changeOfEngine([&](CatState& s, const BodyState&) {
+    GrowthProgress& at = s.at;
+    *std::array{&at.barrier, &at.iteration, &at.since, &at.failures}[random() % 4] = number();
+  });
+  changeOfEngine([&](CatState& s, const BodyState&) { s.at.sweeps = length(); });
+  changeOfEngine([&](CatState& s, const BodyState&) { s.at.reference = number(); });
+  changeOfEngine([&](CatState& s, const BodyState& one) { s.best.assign(2, one); });
+  changeOfEngine([&](CatState& s, const BodyState& one) {
+    s.best.assign(2, one);
+    s.best[1].species = int(random() % 4) - 1;
+  });
+#endif
   const test::TemporaryFolder folder;
   int refused = 0, certified = 0;
   for (int run = 0; run < (growing ? 60 : 160); ++run) {

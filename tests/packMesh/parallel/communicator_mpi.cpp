@@ -27,6 +27,16 @@ TEST_CASE("Reductions include all ranks", "[mpi]") {
   REQUIRE((bits.front() == (1u << n) - 1 && bits.back() == bits.front() && bits[1] == 0));
   for (int root = 0; root < n; ++root)
     REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
+  struct Told {
+    int rank;
+    double half;
+  };
+  for (int k = 0; k < 3; ++k) {
+    const std::int64_t before = ranks.traffic().messages;
+    const Told told = ranks.fromFirst(Told{r, 0.5 * (r + k)});
+    REQUIRE((told.rank == 0 && told.half == 0.5 * k));
+    REQUIRE(ranks.traffic().messages - before == (r == 0 ? n - 1 : 0));
+  }
 }
 
 TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty messages", "[mpi]") {

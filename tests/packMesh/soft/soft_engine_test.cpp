@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/soft/soft_packing.h"
+#include "packMesh/soft/soft_engine.h"
 
 #include "packMesh/certificate/certifier.h"
 #include "packMesh/container/primitives.h"
@@ -19,6 +19,8 @@ PackingProblem problemIn(std::shared_ptr<const Container> lumen, int cells, std:
   problem.physics.container = std::move(lumen);
   problem.physics.seed = seed;
   problem.physics.add("RBC", std::make_shared<const Shape>(sample::redCell(3)), cells);
+  problem.execution.limits.maxSweeps = 20000;
+  problem.execution.limits.fewerCells = false;
   return problem;
 }
 
@@ -27,15 +29,15 @@ PackingProblem boxAt(double hematocrit, int cells, std::uint64_t seed = 1) {
   return problemIn(makeBox(Box{Vec3::Zero(), Vec3::Constant(side)}, {true, true, true}), cells, seed);
 }
 
-/// The exact test, with the gaps required.
-Certificate certificateOf(Physics physics, const SoftPacking& packed) {
-  std::vector<PlacedCell> placed;
-  for (const Cell& cell : packed.cells) {
-    placed.push_back({cell.species, std::int32_t(physics.shapes.size()), cell.pose.placement()});
-    physics.shapes.push_back(
-        std::make_shared<const Shape>(cell.vertices, physics.shapes[physics.species[cell.species].shape]));
-  }
-  return certify(certificateInputOf(physics, placed));
+/// Packs soft cells of all species.
+PackingResult packSoft(PackingProblem problem, const SoftLimits& limits = {},
+                       std::vector<SoftSpecies> species = {}) {
+  problem.engine = sample::softEngine(problem, limits, std::move(species));
+  return pack(problem);
+}
+
+const std::vector<Vec3>& verticesOf(const PackingResult& packed, std::size_t cell) {
+  return packed.deformed->physics->shapeOf(packed.cells[cell]).mesh().vertices;
 }
 
 /// A tube whose smoothed wall is as wide as itself, while what reaches beyond another radius meets its wall.
@@ -64,15 +66,18 @@ TEST_CASE("a box is filled far beyond what undeformed cells can fill", "[soft]")
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = boxAt(0.8, 8, seed);
     problem.physics.clearance = 0.02;
-    const SoftPacking packed = packSoft(problem, {{}}, {});
+    const PackingResult packed = packSoft(problem);
     REQUIRE(packed.outcome == Outcome::certified);
     REQUIRE(packed.cells.size() == 8);
-    CHECK(packed.startScale < 0.9);
-    CHECK(packed.scale == 1.0);
-    const Certificate certificate = certificateOf(problem.physics, packed);
-    CHECK(certificate.clean());
-    CHECK(certificate.minimumGap > 0.02);
-    CHECK(packed.most.force <= 10.0);
+    const SoftStatistics& reached = sample::reachedBy(packed);
+    CHECK(reached.startScale < 0.9);
+    CHECK(reached.scale == 1.0);
+    CHECK(reached.most.force <= 10.0);
+    CHECK(packed.certificate.clean());
+    CHECK(packed.certificate.minimumGap > 0.02);
+    // The certificate is of these cells.
+    CHECK(certify(certificateInputOf(*packed.deformed->physics, packed.cells)).clean());
+    CHECK(packed.deformed->physics->isDeformed(packed.cells[0]));
   }
 }
 
@@ -80,13 +85,12 @@ TEST_CASE("cells fold in a tube that is too narrow for them", "[soft]") {
   PackingProblem problem = problemIn(makeCylinder(Vec3(15, 0, 0), 0, 2.75, 30.0, true), 2);
   problem.physics.wallClearance = 0.05;
   problem.execution.limits.maxSweeps = 200;
-  problem.execution.limits.fewerCells = false;
   CHECK(pack(problem).outcome == Outcome::outOfReach);
-  const SoftPacking packed = packSoft(problem, {{}}, {});
+  problem.execution.limits.maxSweeps = 20000;
+  const PackingResult packed = packSoft(problem);
   REQUIRE(packed.outcome == Outcome::certified);
-  const Certificate certificate = certificateOf(problem.physics, packed);
-  CHECK(certificate.clean());
-  CHECK(certificate.minimumWallGap > 0.05);
+  CHECK(packed.certificate.clean());
+  CHECK(packed.certificate.minimumWallGap > 0.05);
 }
 
 TEST_CASE("cells keep to a smoothed wall, and are not packed where their edges meet the wall itself",
@@ -94,18 +98,17 @@ TEST_CASE("cells keep to a smoothed wall, and are not packed where their edges m
   const auto packedIn = [](double free) {
     PackingProblem problem = problemIn(std::make_shared<const SteppedTube>(2.9, free), 2);
     problem.physics.smoothWalls = true;
-    SoftLimits limits;
-    limits.iterations = 1500;
-    return packSoft(problem, {{}}, limits);
+    problem.execution.limits.maxSweeps = 1500;
+    return packSoft(problem);
   };
-  const SoftPacking packed = packedIn(2.9);
+  const PackingResult packed = packedIn(2.9);
   CHECK(packed.outcome == Outcome::certified);
-  CHECK(packed.startScale < 1.0);
-  CHECK_FALSE(packed.meetsWall);
-  const SoftPacking outside = packedIn(2.6);  // beyond the range of the barrier
+  CHECK(sample::reachedBy(packed).startScale < 1.0);
+  CHECK_FALSE(sample::reachedBy(packed).meetsWall);
+  const PackingResult outside = packedIn(2.6);  // beyond the range of the barrier
   CHECK(outside.outcome == Outcome::outOfReach);
-  CHECK(outside.scale == 1.0);
-  CHECK(outside.meetsWall);
+  CHECK(sample::reachedBy(outside).scale == 1.0);
+  CHECK(sample::reachedBy(outside).meetsWall);
   CHECK(outside.cells.empty());
 }
 
@@ -116,10 +119,10 @@ TEST_CASE("few cells with large forces begin elsewhere, and the best attempt cou
   PackingProblem problem = boxAt(0.85, 6);
   std::vector<double> first, best;
   for (int k = 0; k < 5; ++k, ++problem.physics.seed) {
-    first.push_back(packSoft(problem, {{}}, once).most.force);
-    const SoftPacking packed = packSoft(problem, {{}}, limits);
+    first.push_back(sample::reachedBy(packSoft(problem, once)).most.force);
+    const PackingResult packed = packSoft(problem, limits);
     CHECK(packed.outcome == Outcome::certified);
-    best.push_back(packed.most.force);
+    best.push_back(sample::reachedBy(packed).most.force);
     CHECK(best.back() <= first.back());
   }
   CHECK(best != first);
@@ -131,19 +134,20 @@ TEST_CASE("few cells with large forces begin elsewhere, and the best attempt cou
     }
   problem.physics.species[0].count = 40;  // these are not few
   problem.physics.container = boxAt(0.85, 40).physics.container;
-  const SoftPacking many = packSoft(problem, {{}}, limits);
-  CHECK(many.most.force == packSoft(problem, {{}}, once).most.force);
+  const double many = sample::reachedBy(packSoft(problem, limits)).most.force;
+  CHECK(many == sample::reachedBy(packSoft(problem, once)).most.force);
 }
 
 TEST_CASE("the pose of a deformed cell is that of the template that fits best", "[soft]") {
-  const SoftPacking packed = packSoft(boxAt(0.7, 6), {{}}, {});
+  const PackingResult packed = packSoft(boxAt(0.7, 6));
   REQUIRE(packed.outcome == Outcome::certified);
   const std::vector<Vec3> rest = sample::redCell(3).vertices;
-  for (const Cell& cell : packed.cells) {
+  for (std::size_t i = 0; i < packed.cells.size(); ++i) {
     double squares = 0.0;
-    for (std::size_t v = 0; v < rest.size(); ++v) squares += (cell.vertices[v] - rest[v]).squaredNorm();
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      squares += (verticesOf(packed, i)[v] - rest[v]).squaredNorm();
     CHECK(std::sqrt(squares / double(rest.size())) < 1.0);
-    CHECK(cell.pose.scale == 1.0);
+    CHECK(packed.poses[i].scale == 1.0);
   }
 }
 
@@ -156,46 +160,44 @@ TEST_CASE("fixed and rigid cells with the template of soft ones keep their shape
   species[1].count = species[2].count = 1;
   species[1].freedom.fixed = true;
   species[1].start = {pose};
-  const SoftPacking packed = packSoft(problem, {{}, {}, {{}, true}}, {});
+  const PackingResult packed = packSoft(problem, {}, {{}, {}, {{}, true}});
   REQUIRE(packed.outcome == Outcome::certified);
-  REQUIRE(packed.cells.size() == 7);
-  Physics physics = problem.physics;
-  std::vector<PlacedCell> placed = {{1, 0, pose.placement()}};
-  for (const Cell& cell : packed.cells) {
-    CHECK(cell.vertices.empty() == (cell.species == 2));
-    placed.push_back({cell.species, 0, cell.pose.placement()});
-    if (cell.vertices.empty()) continue;
-    placed.back().shape = std::int32_t(physics.shapes.size());
-    physics.shapes.push_back(std::make_shared<const Shape>(cell.vertices, physics.shapes[0]));
+  REQUIRE(packed.cells.size() == 8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    CHECK(packed.deformed->physics->isDeformed(packed.cells[i]) == (packed.cells[i].species == 0));
+    if (packed.cells[i].species == 1) CHECK(packed.poses[i].position == pose.position);
   }
-  CHECK(certify(certificateInputOf(physics, placed)).clean());
+  CHECK(packed.certificate.clean());
 }
 
 TEST_CASE("packing soft cells ends at its limits", "[soft]") {
   SECTION("the largest force") {
     SoftLimits limits;
     limits.force = limits.aim = 0.01;
-    limits.iterations = 400;
-    const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
+    PackingProblem problem = boxAt(0.8, 6);
+    problem.execution.limits.maxSweeps = 400;
+    const PackingResult packed = packSoft(problem, limits);
     CHECK(packed.outcome == Outcome::outOfReach);
     CHECK(packed.cells.empty());
-    CHECK(packed.most.force > 0.01);
+    CHECK(sample::reachedBy(packed).most.force > 0.01);
+    CHECK_FALSE(sample::reachedBy(packed).atRest);
+    CHECK_FALSE(packed.late);
   }
   SECTION("changes of volume and area") {
     SoftLimits limits;
-    limits.iterations = 600;
     (GENERATE(true, false) ? limits.volume : limits.area) = 1e-6;
-    const SoftPacking packed = packSoft(boxAt(0.8, 6), {{}}, limits);
+    PackingProblem problem = boxAt(0.8, 6);
+    problem.execution.limits.maxSweeps = 600;
+    const PackingResult packed = packSoft(problem, limits);
     CHECK(packed.outcome == Outcome::outOfReach);
-    CHECK(packed.scale == 1.0);
-    CHECK(packed.most.force < limits.force);
-    CHECK(limits.share(packed.most) > 100.0);
+    CHECK(sample::reachedBy(packed).scale == 1.0);
+    CHECK(sample::reachedBy(packed).most.force < limits.force);
+    CHECK(limits.share(sample::reachedBy(packed).most) > 100.0);
   }
   SECTION("a lumen in which there is no room") {
-    SoftLimits limits;
-    limits.iterations = 400;
-    const SoftPacking packed =
-        packSoft(problemIn(makeCylinder(Vec3(4, 0, 0), 0, 1.9, 8.0, true), 1), {{}}, limits);
+    PackingProblem problem = problemIn(makeCylinder(Vec3(4, 0, 0), 0, 1.9, 8.0, true), 1);
+    problem.execution.limits.maxSweeps = 400;
+    const PackingResult packed = packSoft(problem);
     CHECK(packed.outcome == Outcome::outOfReach);
     CHECK(packed.cells.empty());
   }
@@ -203,74 +205,95 @@ TEST_CASE("packing soft cells ends at its limits", "[soft]") {
     PackingProblem problem = boxAt(0.8, 6);
     int polls = 0;
     problem.execution.interrupted = [&] { return ++polls > 60; };
-    CHECK(packSoft(problem, {{}}, {}).outcome == Outcome::interrupted);
+    CHECK(packSoft(problem).outcome == Outcome::interrupted);
+  }
+  SECTION("of time") {
+    PackingProblem problem = boxAt(0.8, 6);
+    double seconds = 0.0;
+    problem.execution.limits.clock = [&] { return seconds += 0.01; };
+    problem.execution.limits.maxSeconds = 0.9;
+    const PackingResult packed = packSoft(problem);
+    CHECK(packed.outcome == Outcome::outOfReach);
+    CHECK(packed.late);
+    CHECK(sample::reachedBy(packed).done < 100);
   }
 }
 
 TEST_CASE("if fewer cells suffice, those that find no room are taken out", "[soft][long]") {
   SoftLimits limits;
-  limits.fewerCells = true;
-  limits.iterations = 600;
+  const auto packedIn = [&](PackingProblem problem) {
+    problem.execution.limits.fewerCells = true;
+    problem.execution.limits.maxSweeps = 600;
+    return packSoft(problem, limits);
+  };
   SECTION("the smallest") {
-    const PackingProblem problem = boxAt(1.1, 12);
-    const SoftPacking packed = packSoft(problem, {{}}, limits);
+    const PackingResult packed = packedIn(boxAt(1.1, 12));
     CHECK(packed.outcome == Outcome::outOfReach);
-    CHECK(packed.scale < 1.0);
-    CHECK(packed.iterations == 600);
+    CHECK(sample::reachedBy(packed).scale < 1.0);
+    CHECK(sample::reachedBy(packed).done == 600);
     CHECK(packed.cells.size() >= 9);
     CHECK(packed.cells.size() < 11);
-    CHECK(certificateOf(problem.physics, packed).clean());
+    CHECK(packed.certificate.clean());
     const Membrane membrane(sample::redCell(3), {});
-    for (const Cell& cell : packed.cells) CHECK(limits.allow(deformationOf(membrane, cell.vertices)));
+    for (std::size_t i = 0; i < packed.cells.size(); ++i)
+      CHECK(limits.allow(deformationOf(membrane, verticesOf(packed, i))));
   }
   SECTION("the most deformed") {
     limits.area = 0.02;
-    const PackingProblem problem = boxAt(0.85, 12);
-    const SoftPacking packed = packSoft(problem, {{}}, limits);
-    CHECK(packed.scale == 1.0);
+    const PackingResult packed = packedIn(boxAt(0.85, 12));
+    CHECK(sample::reachedBy(packed).scale == 1.0);
     CHECK(packed.cells.size() > 6);
     CHECK(packed.cells.size() < 12);
-    CHECK(certificateOf(problem.physics, packed).clean());
+    CHECK(packed.certificate.clean());
   }
 }
 
 /// Packs to the end, and from states on the way again: read from files, the same cells.
 /// @return iterations of the states
-std::vector<std::int64_t> requireSameFromAnyState(PackingProblem problem,
-                                                  const std::vector<SoftSpecies>& species,
-                                                  const SoftLimits& limits) {
+std::vector<std::int64_t> requireSameFromAnyState(PackingProblem problem, const SoftLimits& limits,
+                                                  std::vector<SoftSpecies> species = {}) {
+  problem.engine = sample::softEngine(problem, limits, std::move(species));
   std::vector<PackingState> states;
   int asked = 0;
-  const SoftPacking uninterrupted = packSoft(problem, species, limits);
-  problem.checkpoints = Checkpoints{[&] { return asked++ % 17 == 3; },
-                                    [&](const PackingState& state) { states.push_back(state); }};
-  const SoftPacking whole = packSoft(problem, species, limits);
-  if (whole.end) states.push_back(*whole.end);
+  const PackingResult uninterrupted = pack(problem);
+  // Asked in each iteration, and again where the state is saved.
+  problem.checkpoints = Checkpoints{[&] { return ++asked % 18 == 4 || asked % 18 == 5; },
+                                    [&](const PackingState& state) {
+                                      if (state.position.stage == Stage::engine) states.push_back(state);
+                                    }};
+  const PackingResult whole = pack(problem);
+  if (problem.execution.limits.fewerCells) {  // from the state before cells are taken out, too
+    PackingProblem all = problem;
+    all.execution.limits.fewerCells = false;
+    all.checkpoints->due = {};
+    pack(all);
+  }
   problem.checkpoints.reset();
-  REQUIRE(states.size() > 3);
+  REQUIRE(states.size() > 2);
   const test::TemporaryFolder folder;
   std::vector<std::int64_t> iterations;
-  const auto requireSame = [&](const SoftPacking& other) {
+  const auto requireSame = [&](const PackingResult& other) {
     REQUIRE(other.outcome == whole.outcome);
-    REQUIRE(other.iterations == whole.iterations);
-    REQUIRE(other.startScale == whole.startScale);
-    REQUIRE(other.scale == whole.scale);
-    REQUIRE(other.most.force == whole.most.force);
+    const SoftStatistics &reached = sample::reachedBy(other), &expected = sample::reachedBy(whole);
+    REQUIRE(reached.done == expected.done);
+    REQUIRE(reached.startScale == expected.startScale);
+    REQUIRE(reached.scale == expected.scale);
+    REQUIRE(reached.most.force == expected.most.force);
     REQUIRE(other.cells.size() == whole.cells.size());
     for (std::size_t i = 0; i < whole.cells.size(); ++i) {
-      REQUIRE(other.cells[i].vertices == whole.cells[i].vertices);
-      REQUIRE(other.cells[i].pose.position == whole.cells[i].pose.position);
+      REQUIRE(verticesOf(other, i) == verticesOf(whole, i));
+      REQUIRE(other.poses[i].position == whole.poses[i].position);
     }
   };
   requireSame(uninterrupted);
   for (std::size_t i = 0; i < states.size(); i += i + 1 < states.size() ? (states.size() - i) / 2 : 1) {
-    iterations.push_back(states[i].soft->counters[0]);
+    iterations.push_back(states[i].engine->iterations());
     CAPTURE(iterations.back());
     writeState(folder.path() / "s.h5", problem, {"asked", {}, ""}, states[i]);
     CHECK(readStateHead(folder.path() / "s.h5").stage == softCellsStage);
     CHECK_THROWS_AS(readStateCells(folder.path() / "s.h5", {}), InputError);  // they still grow
     problem.resume = readState(folder.path() / "s.h5", problem);
-    requireSame(packSoft(problem, species, limits));
+    requireSame(pack(problem));
     problem.resume.reset();
   }
   return iterations;
@@ -279,9 +302,9 @@ std::vector<std::int64_t> requireSameFromAnyState(PackingProblem problem,
 TEST_CASE("a packing continues from any of its states with the same cells", "[soft]") {
   SoftLimits limits;
   SECTION("to the end") {
-    const auto iterations = requireSameFromAnyState(boxAt(0.75, 6), {{}}, limits);
+    const auto iterations = requireSameFromAnyState(boxAt(0.75, 6), limits);
     CHECK(iterations.front() == 4);
-    CHECK(iterations.back() > 40);
+    CHECK(iterations.back() > 35);
   }
   SECTION("beside a wall, a rigid cell and a fixed one") {
     PackingProblem problem = problemIn(makeCylinder(Vec3(10, 0, 0), 0, 4.5, 20.0, true), 8);
@@ -290,41 +313,23 @@ TEST_CASE("a packing continues from any of its states with the same cells", "[so
     species[1].count = species[2].count = 1;
     species[1].freedom.fixed = true;
     species[1].start = {Pose{1.0, Quaternion::Identity(), Vec3(10, 0, 0)}};
-    requireSameFromAnyState(problem, {{}, {}, {{}, true}}, limits);
+    requireSameFromAnyState(problem, limits, {{}, {}, {{}, true}});
   }
   SECTION("beyond the limits, in another attempt") {
     limits.force = limits.aim = 0.01;
-    limits.iterations = 120;
-    CHECK(requireSameFromAnyState(boxAt(0.8, 6), {{}}, limits).back() == 120);
+    PackingProblem problem = boxAt(0.8, 6);
+    problem.execution.limits.maxSweeps = 120;
+    CHECK(requireSameFromAnyState(problem, limits).back() == 120);
   }
   SECTION("after the best of several attempts") {
     limits.usual = 0.1;  // less than can be reached
-    requireSameFromAnyState(boxAt(0.75, 6), {{}}, limits);
+    requireSameFromAnyState(boxAt(0.75, 6), limits);
   }
   SECTION("until cells are taken out") {
-    limits.fewerCells = true;
-    limits.iterations = 100;
-    CHECK(requireSameFromAnyState(boxAt(1.1, 6), {{}}, limits).back() == 100);
-  }
-}
-
-TEST_CASE("progress tells how many iterations are left until cells have grown, and nothing while they rest",
-          "[soft]") {
-  PackingProblem problem = boxAt(0.75, 8);
-  std::vector<Progress> told;
-  problem.execution.progress = [&](const Progress& progress) {
-    if (progress.stage == softCellsStage) told.push_back(progress);
-  };
-  const double all = double(packSoft(problem, {{}}, {}).iterations);
-  REQUIRE(told.size() > 4);
-  CHECK(told.front().left > 0);
-  CHECK(told.back().left == 0);
-  for (std::size_t i = 0; i + 1 < told.size(); ++i) {
-    CAPTURE(told[i].sweep, told[i].left, all);
-    if (told[i].scale < 1.0) CHECK(told[i].left > 0);
-    if (told[i].left == 0) continue;
-    CHECK(double(told[i].sweep + told[i].left) > 0.6 * all);
-    CHECK(double(told[i].sweep + told[i].left) < 1.7 * all);
+    PackingProblem problem = boxAt(1.1, 6);
+    problem.execution.limits.fewerCells = true;
+    problem.execution.limits.maxSweeps = 100;
+    CHECK(requireSameFromAnyState(problem, limits).back() == 100);
   }
 }
 
@@ -334,20 +339,27 @@ TEST_CASE("an interrupted packing leaves its state, which belongs to its membran
   int polls = 0;
   problem.execution.interrupted = [&] { return ++polls > 60; };
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { states.push_back(state); }};
-  CHECK(packSoft(problem, {{}}, {}).outcome == Outcome::interrupted);
+  CHECK(packSoft(problem).outcome == Outcome::interrupted);
   REQUIRE(states.size() == 1);
-  CHECK(states[0].position.stage == Stage::soft);
-  CHECK(states[0].soft->counters[0] > 0);
+  CHECK(states[0].position.stage == Stage::engine);
+  CHECK(states[0].engine->iterations() > 0);
+  {
+    const test::TemporaryFolder folder;
+    PackingProblem soft = problem;
+    soft.engine = sample::softEngine(problem);
+    writeState(folder.path() / "s.h5", soft, {"asked", {}, ""}, states[0]);
+    CHECK(readState(folder.path() / "s.h5", soft).engine->iterations() == states[0].engine->iterations());
+    CHECK_THROWS_AS(readState(folder.path() / "s.h5", problem), InputError);  // undeformed cells
+  }
   problem.execution.interrupted = {};
   problem.resume = states[0];
   MembraneConstants stiffer;
   stiffer.bend *= 2.0;
-  CHECK_THROWS_AS(packSoft(problem, {{stiffer}}, {}), InputError);
-  CHECK_THROWS_AS(packSoft(problem, {{{}, true}}, {}), InputError);
-  SoftLimits none;
-  none.iterations = states[0].soft->counters[0];
-  none.savesFailed = false;
-  CHECK(packSoft(problem, {{}}, none).outcome == Outcome::outOfReach);
+  CHECK_THROWS_AS(packSoft(problem, {}, {{stiffer}}), InputError);
+  CHECK_THROWS_AS(packSoft(problem, {}, {{{}, true}}), InputError);
+  problem.execution.limits.maxSweeps = states[0].engine->iterations();
+  problem.checkpoints->savesFailed = false;
+  CHECK(packSoft(problem).outcome == Outcome::outOfReach);
   CHECK(states.size() == 1);
 }
 
@@ -359,14 +371,16 @@ TEST_CASE("cells beside a layer without cells and beside fixed ones", "[soft]") 
   Species& fixed = problem.physics.add("fixed", std::make_shared<const Shape>(sample::redCell(3)), 1);
   fixed.freedom.fixed = true;
   fixed.start = {Pose{1.0, Quaternion::Identity(), Vec3(10, 0, 0)}};
-  const SoftPacking packed = packSoft(problem, {{}, {}}, {});
+  const PackingResult packed = packSoft(problem);
   REQUIRE(packed.outcome == Outcome::certified);
-  CHECK(packed.cells.size() == 7);
-  for (const Cell& cell : packed.cells)
-    for (const Vec3& v : cell.vertices) {
-      const Vec3 there = cell.pose.placement()(v);
+  CHECK(packed.cells.size() == 8);
+  for (std::size_t i = 0; i < packed.cells.size(); ++i) {
+    if (packed.cells[i].species == 1) continue;
+    for (const Vec3& v : verticesOf(packed, i)) {
+      const Vec3 there = packed.cells[i].placement(v);
       CHECK(5.0 - std::hypot(there.y(), there.z()) > 0.8);
     }
+  }
 }
 
 }  // namespace
