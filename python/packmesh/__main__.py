@@ -13,8 +13,8 @@ import subprocess
 import sys
 import tempfile
 
-from packmesh import files
-from packmesh.command import UnusableError, UsageError, run
+from packmesh.base import files
+from packmesh.base.command import UnusableError, UsageError, run
 from packmesh.errors import InputError
 
 COMMANDS = {
@@ -34,8 +34,9 @@ COMMANDS = {
     "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
 }
 
-#: Whose name is that of what other modules use.
-MODULES = {"export": "export_command"}
+#: Of those that other modules use, too; all others are in commands/.
+MODULES = {"view": "show.view", "plot": "show.plot", "growth_frames": "export.growth_frames", "cat_cells": "export.cat_cells", "surface": "io.mesh_file",
+           "new_case": "cases.new_case"}
 
 #: Of the cells, by paraview-cells.
 COLOURS = ("species", "gap", "local_hematocrit", "id")
@@ -43,7 +44,7 @@ COLOURS = ("species", "gap", "local_hematocrit", "id")
 
 def run_in_paraview(name, arguments):
     """ParaView has a Python of its own, which need not have packmesh: it runs the file. --path prints its path."""
-    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), name + ".py")
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands", name + ".py")
     if arguments == ["--path"]:
         print(script)
         return
@@ -119,7 +120,7 @@ def dispatched():
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)
     sys.argv = [f"packmesh {command}", *arguments]
-    return importlib.import_module("packmesh." + MODULES.get(name, name)).main()
+    return importlib.import_module("packmesh." + MODULES.get(name, "commands." + name)).main()
 
 
 def main():

@@ -86,8 +86,8 @@ class RunOfStudy:
 
     def __init__(self, folder):
         from packmesh import hemocell_output
-        from packmesh.run_lumen import RunLumen
-        from packmesh.run_measures import RunAnalysis
+        from packmesh.run.lumen import RunLumen
+        from packmesh.run.measures import RunAnalysis
         self.name, self.seconds = folder.name, fastest(folder)
         packing = xml.parse(folder / "config.xml").getroot().find("packing")
         self.hematocrit = float(packing.find("hematocrit").text)
@@ -140,7 +140,7 @@ def iterations_of(folder):
 
 def period_of(folder):
     """Of the tube of a run [µm]."""
-    from packmesh.run_lumen import RunLumen
+    from packmesh.run.lumen import RunLumen
     return RunLumen(str(folder / "config.xml")).period[0]
 
 

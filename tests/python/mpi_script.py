@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 import packmesh
-from packmesh.convert import surfaces
+from packmesh.cells.convert import surfaces
 
 comm, folder = MPI.COMM_WORLD, pathlib.Path(sys.argv[1])
 packing = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5, comm=comm)

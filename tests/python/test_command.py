@@ -11,7 +11,8 @@ import numpy as np
 import packmesh
 import pytest
 from forked_commands import Commands
-from packmesh import files, hdf5_files
+from packmesh.base import files
+from packmesh.io import hdf5_files
 from write_run import Writer, sphere
 
 VERTICES, TRIANGLES = sphere(1)
@@ -183,7 +184,7 @@ def test_attributes_of_damaged_files_are_not_listed(tmp_path):
         file.attrs["before"], file.attrs["dx"] = np.array([1.0]), np.array([5e-7])
     content = path.read_bytes()
     at = content.index(b"dx\0")
-    script.write_text("import sys\nfrom packmesh import block_files, errors\ncontent = open('a.h5', 'rb').read()\n"
+    script.write_text("import sys\nfrom packmesh import errors\nfrom packmesh.run import block_files\ncontent = open('a.h5', 'rb').read()\n"
                       f"for i in range({at} - 10, {at} + 40):\n  for bit in (1, 128):\n    changed = bytearray(content)\n    changed[i] ^= bit\n"
                       "    open('b.h5', 'wb').write(changed)\n    try:\n      block_files.header_of('b.h5', 0, 1)\n    except errors.InputError: pass\n")
     done = subprocess.run([sys.executable, script], cwd=tmp_path, env={**os.environ, "MALLOC_PERTURB_": "90"}, capture_output=True, text=True, check=False)

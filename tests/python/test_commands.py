@@ -13,7 +13,7 @@ import numpy as np
 import packmesh
 import pytest
 from conftest import PROGRAM, SOURCE, needs_cat
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
 
 BOX = ["20", "20", "20", "--rbc", "10", "--walls", "xyz"]
 

@@ -8,7 +8,7 @@ import pytest
 from conftest import refused
 
 import packmesh
-from packmesh import convert
+from packmesh.cells import convert
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import packmesh
 import packmesh._packmesh
 from conftest import SOURCE, refused
 from forked_commands import output_of
-from packmesh.membrane_measures import shapes_of
-from packmesh import vtp
-from packmesh.packing_file import PackingFile
+from packmesh.cells.shapes import shapes_of
+from packmesh.io import vtp
+from packmesh.io.packing_file import PackingFile
 from write_run import Writer, sphere
 
 RADIUS, LENGTH, MIDDLE = 9, 30, np.array([14.75, 9.75, 9.75])  # of the tube [µm]

@@ -15,9 +15,10 @@ import packmesh
 import packmesh._packmesh
 from conftest import PROGRAM, SOURCE, TUBE_CASE, refused, write_off
 from forked_commands import output_of
-from packmesh import render, scene, view
-from packmesh.packing_file import PackingFile
-from packmesh.picture import picture_of, points_on
+from packmesh.commands import render
+from packmesh.io.packing_file import PackingFile
+from packmesh.show import scene, view
+from packmesh.show.picture import picture_of, points_on
 from write_run import Writer, sphere
 
 CENTERS = [(x, y, 9.75) for x in (0.5, 10.5, 20.5) for y in (6.5, 9.75, 13.0)]

@@ -13,8 +13,8 @@ import packmesh
 import packmesh._packmesh
 import pytest
 from conftest import run_program, write_off
-from packmesh import vtp
-from packmesh.formats import vtk
+from packmesh.export import vtk
+from packmesh.io import vtp
 from scipy.spatial.transform import Rotation
 
 EXACT = 1e-9  # text with all digits, after rotations [µm]
@@ -340,7 +340,8 @@ def test_exports_of_files_and_of_states_are_those_of_the_packing(program, tmp_pa
     assert np.allclose(np.loadtxt(folder / "RBC_origin_rotate.dat"), poses, atol=1e-13)
     for file in exact[1:2]:
         assert file.read_bytes() == before[file]
-    from packmesh import export, packing_file
+    from packmesh.export import formats as export
+    from packmesh.io import packing_file
     export.write(export.exported(packing_file.PackingFile(str(folder / "s.h5")), formats), str(tmp_path / "state"))
     for file in exact:
         if file.name != "cells.stl":

@@ -10,7 +10,7 @@ from conftest import assert_same_cells, needs_cat, refused
 
 import packmesh
 from packmesh import Species
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
 
 PACKINGS = {
     "box": dict(box=(20, 20, 20), hematocrit=0.3),

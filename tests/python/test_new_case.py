@@ -12,8 +12,11 @@ import packmesh
 import pytest
 from conftest import SOURCE, refused, write_off
 from forked_commands import output_of
-from packmesh import case_cells, case_folder, picture, quoting, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
-from packmesh.case_folder import picture_of
+from packmesh.base import quoting
+from packmesh.cases import cells as case_cells, folder as case_folder
+from packmesh.cases.folder import picture_of
+from packmesh.show import picture
+from packmesh.vessels import flow as vessel_flow, lattice as vessel_lattice, plan as vessel_plan, surface as vessel_surface
 from write_run import sphere
 
 TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
@@ -143,7 +146,7 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
 @pytest.mark.parametrize("drive", ["periodic", "inlet"])
 def test_cells_that_leave_are_no_losses(drive):
     """A case with .pos files warns when its cells become fewer, unless they can leave by an outlet."""
-    text = (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()
+    text = (SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text()
     code = case_folder.of_kinds(text, {"pos", "single", drive})
     assert all((word in code) == (drive == "periodic") for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
 
@@ -151,7 +154,7 @@ def test_cells_that_leave_are_no_losses(drive):
 @pytest.mark.parametrize("cells", ["plugin", "pos"])
 def test_a_signal_while_cells_are_packed_is_kept(cells):
     """It would end the case without a checkpoint."""
-    code = case_folder.of_kinds((SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text(), {cells, "single", "periodic"})
+    code = case_folder.of_kinds((SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text(), {cells, "single", "periodic"})
     loading = "loadParticles(hemocell)" if cells == "plugin" else "loadParticles()"
     assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index(loading)
 
@@ -949,7 +952,7 @@ def test_messages_name_the_files_of_the_case(tube, tmp_path):
 
 
 def test_a_hangup_interrupts_a_command():
-    code = "import os, signal, time; from packmesh import command; print(command.run(lambda: (os.kill(os.getpid(), signal.SIGHUP), time.sleep(5))))"
+    code = "import os, signal, time; from packmesh.base import command; print(command.run(lambda: (os.kill(os.getpid(), signal.SIGHUP), time.sleep(5))))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "130\n"
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + code.replace("sleep(5)", "sleep(0)")
     assert subprocess.run([sys.executable, "-c", ignoring], capture_output=True, text=True, check=True).stdout == "(None, None)\n"
@@ -1008,4 +1011,4 @@ def test_coarse_lattices_have_coarse_cells(tube, tmp_path):
 
 def test_the_end_of_a_run_is_a_checkpoint():
     """So that it can be continued."""
-    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()
+    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in (SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text()

@@ -9,8 +9,8 @@ from conftest import refused
 from scipy.spatial.transform import Rotation
 
 import packmesh
-from packmesh.packing_file import PackingFile
-from packmesh.pos import quaternions
+from packmesh.io.packing_file import PackingFile
+from packmesh.io.pos import quaternions
 
 
 @pytest.fixture(scope="module")

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import packmesh
-from packmesh import files
-from packmesh.joined_cells import Domain
-from packmesh.membrane_measures import shapes_of, volume_in_layers, volume_points
-from packmesh.run_lumen import RunLumen
-from packmesh.run_measures import RunAnalysis
-from packmesh.run_overlaps import membrane_faults
+from packmesh.base import files
+from packmesh.cells.shapes import shapes_of, volume_in_layers, volume_points
+from packmesh.run.joined_cells import Domain
+from packmesh.run.lumen import RunLumen
+from packmesh.run.measures import RunAnalysis
+from packmesh.run.overlaps import membrane_faults
 from conftest import SOURCE, refused
 from forked_commands import output_of
 from write_run import Writer, rotation, sphere
@@ -339,7 +339,7 @@ def test_own_images_and_self_intersections(case):
 
 def test_overlaps_window_by_window(case, monkeypatch):
     """In windows of a few cells the same pairs are found."""
-    from packmesh import run_overlaps
+    from packmesh.run import overlaps as run_overlaps
 
     random = np.random.default_rng(9)
     cells = np.array([ball(random.uniform((0, 3, 3), (30, 17, 17)), random.uniform(0.5, 2.5)) for _ in range(120)])
@@ -535,7 +535,7 @@ def test_ids_unknown(case):
 
 def test_progress_bar(monkeypatch):
     """On a terminal a line shows how much is done; it is gone at the end. Elsewhere there is none."""
-    from packmesh import files
+    from packmesh.base import files
 
     class Terminal(io.StringIO):
         def isatty(self):

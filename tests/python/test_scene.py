@@ -8,7 +8,9 @@ import numpy as np
 import packmesh
 import pytest
 from conftest import PROGRAM
-from packmesh import plot, render, scene, vtp
+from packmesh.commands import render
+from packmesh.io import vtp
+from packmesh.show import plot, scene
 
 CORNERS = [tuple(map(float, corner)) for corner in itertools.product((0, 1), repeat=3)]
 #: Of a unit box, outwards.

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import packmesh._packmesh
 import pytest
-from packmesh import vtp
+from packmesh.io import vtp
 
 from write_run import Writer
 

@@ -11,10 +11,10 @@ import pytest
 import packmesh
 from conftest import SOURCE, refused
 from forked_commands import output_of
-from packmesh import vtp
-from packmesh.export import FORMATS, OF_MEMBRANES
-from packmesh.membrane_measures import shapes_of
-from packmesh.packing_file import PackingFile
+from packmesh.cells.shapes import shapes_of
+from packmesh.export.formats import FORMATS, OF_MEMBRANES
+from packmesh.io import vtp
+from packmesh.io.packing_file import PackingFile
 from write_run import sphere
 
 # Beyond what undeformed cells can fill: 9 cells.

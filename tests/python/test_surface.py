@@ -5,7 +5,7 @@ import packmesh
 import pytest
 from conftest import assert_same_cells, refused, run_program, write_off
 from forked_commands import output_of
-from packmesh import surface
+from packmesh.io import mesh_file
 
 meshio = pytest.importorskip("meshio")
 
@@ -81,6 +81,6 @@ def test_files_without_a_surface_are_refused(tmp_path):
 def test_command(tmp_path, tube):
     vertices, triangles = tube
     meshio.Mesh(vertices, [("triangle", triangles)]).write(tmp_path / "vein.vtu")
-    assert output_of(["surface", "vein.vtu"], tmp_path) == "".join(surface.off_text(vertices, [tuple(map(int, one)) for one in triangles]))
+    assert output_of(["surface", "vein.vtu"], tmp_path) == "".join(mesh_file.off_text(vertices, [tuple(map(int, one)) for one in triangles]))
     assert f"Wrote vein.off: {len(vertices)} points, {len(triangles)} faces" in output_of(["surface", "vein.vtu", "vein.off"], tmp_path)
     assert (tmp_path / "vein.off").read_text() == output_of(["surface", "vein.vtu"], tmp_path)

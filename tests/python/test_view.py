@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import packmesh
 import pytest
-from packmesh import view
 from packmesh.__main__ import main
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
+from packmesh.show import view
 
 
 def data_of(html, name):

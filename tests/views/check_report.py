@@ -20,8 +20,8 @@ browser = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len
 Page = browser.open
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
 sys.path.append(package)
-from packmesh import plot, view  # noqa: E402
-from packmesh.packing_file import PackingFile  # noqa: E402
+from packmesh.show import plot, view  # noqa: E402
+from packmesh.io.packing_file import PackingFile  # noqa: E402
 
 
 def run(arguments, code=0):
