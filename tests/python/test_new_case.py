@@ -138,24 +138,31 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert forecast.counts["RBC"] == round(0.2 * fluid_volume(folder) / 81.1163)
     from packmesh import _packmesh
     assert _packmesh.lumen(folder / "config.xml").period[0] == pytest.approx(size[0] + 3 * 0.5)
-    assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
+    assert not any(mark in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text() for mark in ("{{", "{%", "#}"))
     assert "    packmesh new-case tube.stl tube --hematocrit 0.2 --velocity 2.0\n" in (folder / "README.md").read_text()
     assert "PreInlet" not in (folder / "case.cpp").read_text()
 
 
-@pytest.mark.parametrize("drive", ["periodic", "inlet"])
-def test_cells_that_leave_are_no_losses(drive):
+def code_of(inlet, pos, outlets=()):
+    """case.cpp"""
+    vessel = vessel_lattice.PlacedVessel(np.zeros((0, 3)), np.zeros((0, 3), int), [], 0.5, (9, 9, 9), 0.0, [])
+    cells = [case_cells.CaseCell("RBC", None, "RBC_FROM_SPHERE", "RbcHighOrderModel", 642, 7.8)]
+    return case_folder.text_of("case.cpp", {"title": "", "command": "", "version": "", "cells": cells, "vessel": vessel, "outlets": outlets, "packed": True,
+                                            "inlet": inlet, "pos": pos})
+
+
+@pytest.mark.parametrize("inlet", [False, True])
+def test_cells_that_leave_are_no_losses(inlet):
     """A case with .pos files warns when its cells become fewer, unless they can leave by an outlet."""
-    text = (SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text()
-    code = case_folder.of_kinds(text, {"pos", "single", drive})
-    assert all((word in code) == (drive == "periodic") for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
+    code = code_of(inlet, pos=True)
+    assert all((word in code) != inlet for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
 
 
-@pytest.mark.parametrize("cells", ["plugin", "pos"])
-def test_a_signal_while_cells_are_packed_is_kept(cells):
+@pytest.mark.parametrize("pos", [False, True])
+def test_a_signal_while_cells_are_packed_is_kept(pos):
     """It would end the case without a checkpoint."""
-    code = case_folder.of_kinds((SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text(), {cells, "single", "periodic"})
-    loading = "loadParticles(hemocell)" if cells == "plugin" else "loadParticles()"
+    code = code_of(False, pos)
+    loading = "loadParticles()" if pos else "loadParticles(hemocell)"
     assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index(loading)
 
 
@@ -535,9 +542,10 @@ def test_outlets_across_other_axes(tmp_path):
             assert extent / 0.5 == pytest.approx(round(extent / 0.5), abs=1e-9)
         assert outlet.center[axis] == pytest.approx(extent if outlet.face[1] == "+" else 0, abs=1e-9)
         plane = shape.nodes[axis] - 2 if outlet.face[1] == "+" else 1
-        text = case_folder.outlet_code(shape, outlet)
-        box = [int(word) for word in text.split("Box3D(")[1].split(")")[0].split(",")]
-        assert box[2 * axis] == box[2 * axis + 1] == plane and f"'{outlet.face[0]}', {1 if outlet.face[1] == '+' else -1})" in text
+        box = case_folder.outlet_box(shape, outlet)
+        assert box[2 * axis] == box[2 * axis + 1] == plane
+        call = f"Box3D({', '.join(map(str, box))}), '{outlet.face[0]}', {1 if outlet.face[1] == '+' else -1});  // end {outlet.number}\n"
+        assert call in code_of(True, True, [(outlet, box)])
         for other in {0, 1, 2} - {axis}:
             assert box[2 * other] <= outlet.low[other] / 0.5 + 1 and box[2 * other + 1] >= outlet.high[other] / 0.5 + 1
 
@@ -876,7 +884,7 @@ def test_plasma_alone(drive, tube, tmp_path):
     assert (tmp_path / "case/RBC.pos").read_text() == "0\n" and not (tmp_path / "case/PLT.xml").exists()
     compile_case(tmp_path / "case", tmp_path / "headers")
     texts = {name: (tmp_path / "case" / name).read_text() for name in ("case.cpp", "CMakeLists.txt", "config.xml", "job.sh", "README.md")}
-    assert not any(word in text for text in texts.values() for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "#@", "//@"))
+    assert not any(word in text for text in texts.values() for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "{{", "{%"))
     assert "--hematocrit 0" in texts["README.md"] and texts["README.md"].startswith("# Plasma in tube.stl\n")
     assert case.flow_rate == pytest.approx(case.velocity * 1e3 * np.pi / 4 * case.ends[0]["diameter"]**2)
     for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"platelets": 0.1}, {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
@@ -1011,4 +1019,4 @@ def test_coarse_lattices_have_coarse_cells(tube, tmp_path):
 
 def test_the_end_of_a_run_is_a_checkpoint():
     """So that it can be continued."""
-    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in (SOURCE / "python/packmesh/cases/templates/case.cpp.in").read_text()
+    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in code_of(inlet=False, pos=False)

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Any text as a part of a file in another language: words of the shell, text and comments of XML, comments of scripts and of C++, lines of Markdown."""
+"""Any text as a part of a file in another language: words of the shell, comments of XML, comments of scripts and of C++, lines of Markdown."""
 from __future__ import annotations
 
 import re
 import shlex
 from typing import Callable, Dict
-from xml.sax.saxutils import escape
 
 
 def one_line(text: str) -> str:
@@ -25,11 +24,6 @@ def cpp_comment(text: str) -> str:
     """After //: a backslash at the end, or its trigraph, would continue the comment in the next line."""
     text = one_line(text).replace("??/", "? ?/")
     return re.sub(r"\\(\s*)$", r"\\.", text)
-
-
-def xml_text(text: str) -> str:
-    """Between two tags, or between the quotation marks of an attribute."""
-    return escape(one_line(text), {'"': "&quot;"})
 
 
 def xml_comment(text: str) -> str:

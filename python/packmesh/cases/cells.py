@@ -15,7 +15,6 @@ import numpy as np
 from packmesh.base import files
 from packmesh.errors import InputError
 
-_TEMPLATES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "templates")
 #: Classes of HemoCell's mechanics by construction; cells of an STL have that of red cells, with inner links that of malaria.
 _MODELS = {"RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "PltSimpleModel", "WBC_SPHERE": "WbcHighOrderModel",
            "MESH_FROM_STL": "RbcHighOrderModel"}
@@ -124,13 +123,9 @@ def _longest(vertices: np.ndarray) -> float:
     return float(max(np.linalg.norm(vertices - vertex, axis=1).max() for vertex in vertices))
 
 
-def write_cell(folder: str, cell: CaseCell, dx: float) -> None:
-    """Its XML, and the STL that it names, which HemoCell reads in the folder of the case."""
+def write_cell(folder: str, cell: CaseCell) -> None:
+    """The XML of the user, and the STL that it names, which HemoCell reads in the folder of the case."""
     place = os.path.join(folder, cell.name + ".xml")
-    if not cell.file:
-        with open(place, "w", encoding="utf-8") as out:
-            out.write(own_text(cell, dx))
-        return
     if not cell.mesh:
         shutil.copyfile(cell.file, place)
         return
@@ -141,23 +136,14 @@ def write_cell(folder: str, cell: CaseCell, dx: float) -> None:
         out.write(re.sub(rb"(<StlFile>\s*)[^<]*?(\s*</StlFile>)", rb"\g<1>" + name.encode() + rb"\g<2>", file.read()))
 
 
-def own_text(cell: CaseCell, dx: float) -> str:
-    """Of red cells and platelets with HemoCell's constants."""
+def constants_of(cell: CaseCell, dx: float) -> Dict[str, Any]:
+    """HemoCell's, of red cells and platelets, for the template of their XML."""
     from packmesh import _packmesh
 
-    constants: Dict[str, Any] = _packmesh.default_cell(cell.name)
+    constants = {name: f"{value:.12g}" if isinstance(value, float) else value for name, value in _packmesh.default_cell(cell.name).items()}
     if cell.vertices == _COARSE_VERTICES:
         constants["triangles"] = _COARSE_TRIANGLES
-    with open(os.path.join(_TEMPLATES, cell.name + ".xml"), encoding="utf-8") as file:
-        text = file.read()
-    if "$inner_edges" in text:
-        template, _ = _packmesh.cell_template(cell.name, None, dx)
-        constants["inner_edges"] = "\n".join(f"    <Edge> {a} {b} </Edge>" for a, b in opposite_pairs(template))
-    return re.sub(r"\$(\w+)", lambda found: _shortest(constants[found[1]]), text)
-
-
-def _shortest(value: Any) -> str:
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
+    return {**constants, "inner_edges": opposite_pairs(_packmesh.cell_template(cell.name, None, dx)[0])}
 
 
 def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:
@@ -165,12 +151,3 @@ def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:
     centered = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     other = np.linalg.norm(centered[:, None] + centered[None], axis=2).argmin(axis=1)
     return [(a, int(b)) for a, b in enumerate(other) if a < b and other[b] == a]
-
-
-def code_of(cells: List[CaseCell]) -> Dict[str, str]:
-    """Words of case.cpp."""
-    models = sorted({cell.model for cell in cells})
-    return {"cell_types": "\n".join(f'  hemocell.addCellType<{cell.model}>("{cell.name}", {cell.construction});' for cell in cells),
-            "models": "\n".join(f"#include <{model[0].lower()}{model[1:]}.h>" for model in models),
-            "cell_files": " and ".join(filter(None, [", ".join(f"{cell.name}.xml" for cell in cells[:-1]), f"{cells[-1].name}.xml"])),
-            "cell_names": ", ".join(f'"{cell.name}"' for cell in cells)}

@@ -20,7 +20,7 @@ import logging
 import os
 import re
 import tempfile
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -175,13 +175,17 @@ def new_case(
     if flow.stress > most:
         logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
                                               "<particleEnvelope>; set a slower flow", flow.stress, most)
-    maker = _Maker(shape, drive, flow, kinds, time, ranks)
+    maker = _Maker(shape, flow, kinds, time, ranks)
     try:
         with _new_folder(folder) as work:
             title = ("Blood" if hematocrit else "Plasma") + f" in {os.path.basename(given['surface'])}"
-            packing = _packing_text(hematocrit, kinds, soft, profile, not pos) if hematocrit else ""
-            maker.write(work, title, packing, _command_of(given), pos, range(seed, seed + realisations))
-            return maker.result(work, folder, unit, unit_text, vessel)
+            cells = {"packed": hematocrit > 0, "pos": pos or not hematocrit, "hematocrit": hematocrit, "soft": soft, "profile": profile}
+            words = {"title": title, "command": _command_of(given), "realisations": realisations,
+                     "program": "build/case" if realisations == 1 else "../build/case", **cells, **maker.words()}
+            write_case(work, words, seed)
+            case = maker.result(work, folder, unit, unit_text, vessel, words)
+            write_text(work, "README.md", {**words, "found": [f"    {line}" for line in case.text]})
+            return case
     except OSError as failure:
         if isinstance(failure, Error):
             raise
@@ -312,89 +316,53 @@ def _envelope_of(stress: float, cells: Sequence[CaseCell], dx: float) -> int:
     return max(_module().needed_envelope(stress, max(cell.length for cell in cells), dx), int(_LEAST_ENVELOPE / dx) + 1)
 
 
-def _packing_text(hematocrit: float, cells: Sequence[CaseCell], soft: bool, profile: Optional[str], running: bool) -> str:
-    """running: the case packs its cells, which may cross its ends, in the nodes that HemoCell has: as a forecast and a check must take them."""
-    lines = [f"<hematocrit> {hematocrit:g} </hematocrit>"]
-    lines += ["<hematocritVolume> fluid </hematocritVolume>", "<ends> periodic </ends>"] * running
-    lines += [f'<species name="{quoting.xml_text(cell.name)}"' + ("/>" if cell.ratio is None else f' ratio="{cell.ratio:g}"/>') for cell in cells]
-    lines += ["<soft> true </soft>"] * soft + [f"<profile> {profile} </profile>"] * (profile is not None)
-    return "\n".join("  " + line for line in lines)
-
-
 class _Maker:
     """Writes a case, and says what it is."""
 
-    def __init__(self, shape: PlacedVessel, drive: str, flow: _Flow, cells: List[CaseCell], time: float, ranks: Optional[int]) -> None:
-        self._shape, self._drive, self._flow, self._cells, self._time = shape, drive, flow, cells, time
+    def __init__(self, shape: PlacedVessel, flow: _Flow, cells: List[CaseCell], time: float, ranks: Optional[int]) -> None:
+        self._shape, self._flow, self._cells, self._time = shape, flow, cells, time
         self._dt = _DT * (shape.dx * 1e-6) ** 2
         self._iterations = max(1, round(time * 1e-3 / self._dt))
         if self._iterations > _MOST_ITERATIONS:
             raise InputError(f"time: {time:g} ms are {self._iterations} iterations; HemoCell counts at most {_MOST_ITERATIONS}, {_MOST_ITERATIONS * self._dt * 1e3:.4g} ms")
         self._envelope = _envelope_of(flow.stress, cells, shape.dx)
         self._ends = [end for end in shape.ends if end.face]
-        self._inlet = next(end for end in self._ends if end.role in ("inlet", "periodic"))
-        self._length = max(2 * self._envelope, int(np.ceil(self._inlet.diameter / shape.dx))) if drive == "inlet" else 0
+        self._end = next(end for end in self._ends if end.role in ("inlet", "periodic"))
+        self._has_inlet = self._end.role == "inlet"
+        self._length = max(2 * self._envelope, int(np.ceil(self._end.diameter / shape.dx))) if self._has_inlet else 0
         self._possible = ranks_of(shape.nodes, self._envelope)
-        if drive == "inlet":  # one for the pre-inlet, which is smaller
+        if self._has_inlet:  # one for the pre-inlet, which is smaller
             self._possible = [one + 1 for one in self._possible]
         self._ranks = ranks or ([one for one in self._possible if one <= 2] or self._possible)[-1]
-        self._words: Dict[str, Any] = {}
-        self._kinds: Set[str] = {drive}  # of lines of the files
 
-    def write(self, folder: str, title: str, packing: str, command_text: str, pos: bool, seeds: Sequence[int]) -> None:
-        """packing: lines of `<packing>`; "": no cells"""
-        outputs = max(100, round(self._iterations / 100, -2))
-        drive = (f"<drive>\n  <bodyForce> {self._flow.force:.6g} </bodyForce>  <!-- along x [N/m³]: plasma alone flows at "
-                 f"{self._flow.velocity * 1e3:.4g} mm/s -->\n</drive>\n" if self._drive == "periodic" else
-                 f"<preInlet>\n  <parameters>\n    <lengthN> {self._length} </lengthN>  <!-- lattice spacings -->\n    <Re> "
-                 f"{2 * self._flow.velocity * self._inlet.diameter * 1e-6 / _NU:.6g} </Re>  <!-- by the largest velocity -->\n  </parameters>\n</preInlet>\n")
+    def words(self) -> Dict[str, Any]:
+        """What the templates name."""
         forces, velocities = membrane_steps(self._shape.dx, self._dt)
-        self._kinds |= {"pos" if pos or not packing else "plugin", "series" if len(seeds) > 1 else "single", "cells" if packing else "plasma"}
-        self._words = {
-            "title": title, "version": _module().version(), "command": command_text,
-            "drive": "\n" + drive, "spaces": round(self._shape.size[0] / self._shape.dx), "dx": f"{self._shape.dx * 1e-6:.6g}", "dt": f"{self._dt:.6g}",
-            "envelope": self._envelope, "stress": f"{self._flow.stress:.3g}", "tmax": self._iterations, "tmeas": int(outputs), "tcheckpoint": int(10 * outputs), "packing": packing,
-            "ranks": self._ranks, "time": f"{self._time:g}", "program": "../build/case" if len(seeds) > 1 else "build/case",
-            "material": forces, "particle": velocities}
-        write_case(folder, self._shape, self._cells, self._kinds, self._words, seeds)
+        return {"version": _module().version(), "vessel": self._shape, "cells": self._cells, "inlet": self._has_inlet, "inlet_length": self._length,
+                "flow": self._flow, "reynolds": 2 * self._flow.velocity * self._end.diameter * 1e-6 / _NU, "dt": self._dt, "envelope": self._envelope,
+                "iterations": self._iterations, "outputs": int(max(100, round(self._iterations / 100, -2))), "forces": forces, "velocities": velocities,
+                "ranks": self._ranks, "time": f"{self._time:g}"}
 
-    def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel) -> NewCase:
-        """Raises InfeasibleError"""
+    def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel, words: Mapping[str, Any]) -> NewCase:
+        """words: of the case that was written. Raises InfeasibleError"""
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
-            counts, about_cells = self._forecast(config) if "cells" in self._kinds else ({}, [])
+            counts, about_cells = _forecast(config, words["soft"]) if words["packed"] else ({}, [])
             narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
         membranes = sum(counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
-        if self._drive == "inlet":  # the vessel fills up
-            inside = self._inlet.diameter**2 * np.pi / 4 * self._length * self._shape.dx
+        if self._has_inlet:  # the vessel fills up
+            inside = self._end.diameter**2 * np.pi / 4 * self._length * self._shape.dx
             membranes = round(membranes * (1 + self._volume() / inside))
         hours, megabytes = cost_of(nodes, membranes, self._iterations, self._ranks)
         ends = [{"number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center.tolist()), "diameter": end.diameter,
                  "normal": tuple(end.normal.tolist())} for end in self._shape.ends]
         x, y, z = self._shape.size.tolist()
         case = NewCase(None if folder is None else os.fspath(folder), unit, (x, y, z), self._shape.nodes, self._shape.dx, self._dt,
-                       ends, narrowest, self._flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
+                       ends, narrowest, self._flow.velocity * 1e3 * np.pi / 4 * self._end.diameter**2, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
                        self._possible, counts, megabytes, hours, [])
         case.text.extend(self._lines(case, unit_text, vessel, about_cells))
-        write_text(work, "README.md", self._kinds, {**self._words, "found": [f"    {line}" for line in case.text]}, "README.txt")
         return case
-
-    def _forecast(self, config: str) -> Tuple[Dict[str, int], List[str]]:
-        """Numbers of cells, and lines about where they can be. Raises InfeasibleError"""
-        from packmesh.packing.pack import forecast
-
-        try:
-            forecasted = forecast(case=config)
-        except InfeasibleError as failure:
-            raise self._infeasible(str(failure)) from None
-        if forecasted.seconds is None and "<soft>" not in self._words["packing"]:  # of soft cells nobody can tell the time
-            raise self._infeasible(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
-        return forecasted.counts, [line for line in forecasted.text if line.startswith(("RBC can reach", "Undeformed cells"))]
-
-    def _infeasible(self, text: str) -> InfeasibleError:
-        softer = "" if "<soft>" in self._words["packing"] else ", or --soft, with which cells deform"
-        return InfeasibleError(f"{_without_arguments(text)}; set a lower --hematocrit{softer}")
 
     def _volume(self) -> float:
         corners = self._shape.vertices[self._shape.triangles]
@@ -414,16 +382,16 @@ class _Maker:
         lines.append(f"Lattice: {' x '.join(map(str, case.nodes))} nodes at dx {case.dx:g} µm, time step {case.dt:.3g} s")
         lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / self._cells[0].length:.1f} red cells wide")
         estimate = flow.force is not None and (not flow.straight or case.narrowest < _NODES_ACROSS * case.dx)
-        lines.append(f"Flow of plasma alone at end {self._inlet.number}: {case.flow_rate:.4g} µm³/ms, mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at "
-                     f"the wall {flow.shear_rate:.4g} 1/s, Reynolds number {flow.velocity * self._inlet.diameter * 1e-6 / _NU:.3g}")
+        lines.append(f"Flow of plasma alone at end {self._end.number}: {case.flow_rate:.4g} µm³/ms, mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at "
+                     f"the wall {flow.shear_rate:.4g} 1/s, Reynolds number {flow.velocity * self._end.diameter * 1e-6 / _NU:.3g}")
         lines += ["This flow is an estimate: in vessels that wind, fork or are few nodes wide HemoCell's was up to 12 % less"] * estimate
         if flow.force is not None:
             lines.append(f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa")
         else:
-            through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._inlet.diameter**2)
-            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._inlet.number}; pressure outlets at all others; plasma passes the "
+            through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._end.diameter**2)
+            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._end.number}; pressure outlets at all others; plasma passes the "
                          f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa")
-        lines.append("Cells" + (" of the pre-inlet" if self._drive == "inlet" else "") + ": "
+        lines.append("Cells" + (" of the pre-inlet" if self._has_inlet else "") + ": "
                      + (", ".join(f"{count} {name}" for name, count in case.counts.items()) or "none, plasma alone"))
         lines += [f"{cell.name}: {cell.vertices} vertices, as the lattice is coarse" for cell in self._cells if cell.name == "RBC" and not cell.file
                   and case.counts and cell.vertices < 642]
@@ -432,6 +400,23 @@ class _Maker:
         lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
                      f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
         return lines
+
+
+def _forecast(config: str, soft: bool) -> Tuple[Dict[str, int], List[str]]:
+    """Numbers of cells, and lines about where they can be. Raises InfeasibleError"""
+    from packmesh.packing.pack import forecast
+
+    def infeasible(text: str) -> InfeasibleError:
+        softer = "" if soft else ", or --soft, with which cells deform"
+        return InfeasibleError(f"{_without_arguments(text)}; set a lower --hematocrit{softer}")
+
+    try:
+        forecasted = forecast(case=config)
+    except InfeasibleError as failure:
+        raise infeasible(str(failure)) from None
+    if forecasted.seconds is None and not soft:  # of soft cells nobody can tell the time
+        raise infeasible(next((line for line in forecasted.text if "nfeasible" in line), "the cells do not fit"))
+    return forecasted.counts, [line for line in forecasted.text if line.startswith(("RBC can reach", "Undeformed cells"))]
 
 
 @contextlib.contextmanager
