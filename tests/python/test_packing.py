@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 import packmesh
 from packmesh.io.packing_file import PackingFile
-from packmesh.io.pos import quaternions
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +46,6 @@ def test_rotations_are_those_of_scipy(packing, name):
     np.testing.assert_array_equal(lines[:, :3], packing.positions[own])
     angles = Rotation.from_euler("xyz", lines[:, 3:], degrees=True)
     np.testing.assert_allclose(angles.as_matrix(), rotation.as_matrix(), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(Rotation.from_quat(quaternions(lines)).as_matrix(), rotation.as_matrix(), rtol=0, atol=1e-12)
 
 
 def test_templates_are_closed_and_outwards(packing):

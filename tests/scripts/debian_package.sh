@@ -14,7 +14,7 @@ done
 for library in fmt hdf5-openmpi openmesh openmpi tinyxml2; do
   grep -q "^ Suggests:.*lib$library-dev" "$scratch/info.txt" || { echo "does not suggest lib$library-dev"; exit 1; }
 done
-grep -q '^ Recommends:.*python3-numpy, python3-h5py, python3-jinja2' "$scratch/info.txt" || { echo "does not recommend what packmesh needs"; exit 1; }
+grep -q '^ Recommends:.*python3-numpy, python3-scipy, python3-h5py, python3-jinja2' "$scratch/info.txt" || { echo "does not recommend what packmesh needs"; exit 1; }
 grep -q '^ Description: ' "$scratch/info.txt"
 dpkg-deb --extract "$package" "$scratch/root"
 cd "$scratch"

@@ -85,7 +85,7 @@ def check_spack():
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libtet1.5-dev": "tetgen",
         "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk", "libgmp-dev": "gmp",
         "cmake": "cmake", "pkg-config": "pkgconfig",
-        "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy", "python3-h5py": "py-h5py", "python3-jinja2": "py-jinja2"}
+        "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy", "python3-scipy": "py-scipy", "python3-h5py": "py-h5py", "python3-jinja2": "py-jinja2"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for debian, spack in spack_name.items():
         check(debian in listed, f"scripts/apt-packages.txt does not list {debian} any more, the Spack recipe does ({spack})")
@@ -119,7 +119,7 @@ def check_conda():
     check(not re.search(r"[ \t]+$", text, re.M) and text.endswith("\n") and not text.endswith("\n\n"), "conda: blanks at ends of lines, or the last line")
     needed = dict(re.findall(r"^    - ([a-z0-9_-]+)(?: (.*))?$", re.search(r"^requirements:\n(.*?)^test:", plain, re.M | re.S)[1], re.M))
     for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt",
-                    "nlohmann_json", "xxhash", "numpy", "h5py", "jinja2"):
+                    "nlohmann_json", "xxhash", "numpy", "scipy", "h5py", "jinja2"):
         check(package in needed, f"conda: {package} is missing")
     for name in re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M):
         check(f"-D{name}=" in plain, f"conda: CMake looks for {name}, the recipe does not give it")

@@ -23,7 +23,7 @@ from packmesh.errors import Error, InfeasibleError, InputError, OutputError, Pac
 USAGE, REFUSED, INFEASIBLE, CANNOT_WRITE, UNUSABLE, INTERNAL, INTERRUPTED = 1, 2, 3, 5, 69, 70, 130
 
 #: Packages that commands need, as Debian calls them.
-PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "jinja2": "python3-jinja2", "matplotlib": "python3-matplotlib",
+PACKAGES = {"numpy": "python3-numpy", "scipy": "python3-scipy", "h5py": "python3-h5py", "jinja2": "python3-jinja2", "matplotlib": "python3-matplotlib",
             "meshio": "python3-meshio", "vtkmodules": "python3-vtk9"}
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 

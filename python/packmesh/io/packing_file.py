@@ -10,6 +10,7 @@ import math
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from packmesh.errors import InputError
 from packmesh.io import hdf5_files
@@ -205,11 +206,13 @@ def rotation_of(angles: Sequence[float]) -> List[List[float]]:
 
 def matrices_of(rotations: np.ndarray) -> np.ndarray:
     """Of unit quaternions x, y, z, w: shape (n, 3, 3)."""
-    x, y, z, w = rotations.T
-    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-    return np.moveaxis(np.array(rows), 2, 0)
+    return Rotation.from_quat(rotations).as_matrix() if len(rotations) else np.zeros((0, 3, 3))  # SciPy 1.10 refuses none
+
+
+def quaternions_of(matrices: np.ndarray) -> np.ndarray:
+    """x, y, z, w, with w at least 0, shape (n, 4)."""
+    found = Rotation.from_matrix(matrices).as_quat() if len(matrices) else np.zeros((0, 4))
+    return found * np.where(found[:, 3:] < 0, -1, 1)
 
 
 def angles_of(q: Sequence[float]) -> List[float]:

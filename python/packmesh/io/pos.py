@@ -16,8 +16,6 @@ from packmesh.base.arguments import Path, file_name, mapping, plain
 from packmesh.base.files import existing
 from packmesh.errors import InputError
 
-__all__ = ["read_pos", "write_pos", "quaternions"]
-
 _log = logging.getLogger("packmesh")
 
 
@@ -56,11 +54,3 @@ def write_pos(folder: Path, cells: Mapping[str, Any]) -> None:
     Numbers are written with as many digits as read back to the same bits, as the program writes them.
     """
     _packmesh.write_pos(file_name("folder", folder, "a folder"), pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))
-
-
-def quaternions(lines: Any) -> np.ndarray:
-    """The rotations of lines of .pos files: shape (N, 4), x y z w (scalar last, as in SciPy)."""
-    half = np.radians(np.asarray(lines, float)[:, 3:]) / 2
-    (sa, sb, sc), (ca, cb, cc) = np.sin(half).T, np.cos(half).T
-    return np.stack([sa * cb * cc - ca * sb * sc, ca * sb * cc + sa * cb * sc, ca * cb * sc - sa * sb * cc,
-                     ca * cb * cc + sa * sb * sc], axis=1)

@@ -19,10 +19,11 @@ from packmesh.base.values import ByValue
 from packmesh.cells import cells
 from packmesh.cells.cells import CellPacking
 from packmesh.errors import InputError
+from packmesh.io.packing_file import quaternions_of
 from packmesh.packing.check import check
 from packmesh.packing.packing import Check, Packing
 from packmesh.packing.request import Asked, Body, Box, Cylinder, MeshSource, Region, Species, Sphere
-from packmesh.run.deformed_packing import quaternions_of, rigid_fits
+from packmesh.run.deformed_packing import rigid_fits
 
 if TYPE_CHECKING:
     from packmesh.run.hemocell_run import Run, Step

@@ -17,7 +17,7 @@ from packmesh.cells import convert
 from packmesh.cells.cells import CellPacking
 from packmesh.errors import InputError
 from packmesh.export.formats import OF_MEMBRANES, exported, names_of, undeformed_text, without_pos, write as write_exports
-from packmesh.io.packing_file import Faults, Kind, Lumen, PackingFile
+from packmesh.io.packing_file import Faults, Kind, Lumen, PackingFile, quaternions_of
 from packmesh.io.pos import write_pos
 from packmesh.io.stored import StateFile
 from packmesh.run.lumen import RunLumen
@@ -343,13 +343,3 @@ def _angles(m: np.ndarray) -> np.ndarray:
     """a, b, c [degrees] of Rz(c) Ry(b) Rx(a), shape (N, 3)."""
     return np.degrees(np.stack([np.arctan2(m[:, 2, 1], m[:, 2, 2]), np.arctan2(-m[:, 2, 0], np.hypot(m[:, 0, 0], m[:, 1, 0])),
                                 np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))
-
-
-def quaternions_of(m: np.ndarray) -> np.ndarray:
-    """x, y, z, w: the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack 2000), shape (N, 4)."""
-    k = np.empty((len(m), 4, 4))
-    k[:, :3, :3] = m + np.swapaxes(m, 1, 2) - np.trace(m, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    k[:, 3, :3] = k[:, :3, 3] = np.stack([m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]], axis=1)
-    k[:, 3, 3] = np.trace(m, axis1=1, axis2=2)
-    found = np.linalg.eigh(k)[1][:, :, 3]
-    return found * np.where(found[:, 3:] < 0, -1, 1)

@@ -6,11 +6,11 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import itertools
-import math
 import os
-from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from packmesh.errors import InputError
 from packmesh.run.block_files import BlockFile, Layout, cells_in, micrometres_per_unit
@@ -219,15 +219,11 @@ class Places:
     """Points by their places, for a search within a tolerance [µm]."""
 
     def __init__(self, points: np.ndarray, tolerance: float, chosen: Optional[np.ndarray] = None) -> None:
-        self._points, self._tolerance, self._edge = points, tolerance, 4 * tolerance
-        self._cells: Dict[Tuple[int, ...], List[int]] = {}
-        for i in range(len(points)) if chosen is None else map(int, chosen):
-            self._cells.setdefault(tuple(np.floor(points[i] / self._edge).astype(np.int64).tolist()), []).append(i)
+        self._tolerance, self._numbers = tolerance, np.arange(len(points)) if chosen is None else chosen
+        self._tree = cKDTree(points[self._numbers])
 
     def at(self, point: np.ndarray) -> List[int]:
-        ends = [range(math.floor((x - self._tolerance) / self._edge), math.floor((x + self._tolerance) / self._edge) + 1) for x in point]
-        found = [i for key in itertools.product(*ends) for i in self._cells.get(key, ())]
-        return [i for i in found if np.abs(self._points[i] - point).max() < self._tolerance]
+        return self._numbers[self._tree.query_ball_point(point, self._tolerance, np.inf, return_sorted=True)].tolist()
 
 
 def period_of(all_cells: Sequence[Copies]) -> np.ndarray:

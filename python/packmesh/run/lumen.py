@@ -10,14 +10,17 @@ import math
 import os
 import re
 import xml.etree.ElementTree
-from typing import TYPE_CHECKING, Dict, List, Optional, Set, Tuple, Union
+from typing import TYPE_CHECKING, List, Optional, Set, Tuple, Union
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from packmesh.base.files import existing
 from packmesh.errors import InputError
 from packmesh.run.joined_cells import Domain
-from packmesh.vessels.surface import caps_of, components, merged
+from packmesh.vessels.graph import components, pairs_of_cubes
+from packmesh.vessels.surface import caps_of, merged
 
 if TYPE_CHECKING:
     from packmesh.run.hemocell_run import Step
@@ -233,7 +236,7 @@ class Branches:
         ends = [inlet, *outlets]
         begin = [np.flatnonzero(inside & (np.abs(places[:, end.axis] - end.center[end.axis]) < 1.01 * self._edge)
                                 & (np.linalg.norm(places - end.center, axis=1) < end.radius + self._edge)) for end in ends]
-        ways = np.array([_ways(inside, shape, cubes) for cubes in begin])
+        ways = _ways(inside, shape, begin)
         between = np.array([[row[cubes].min(initial=np.inf) for cubes in begin] for row in ways])
         self._shape, self._part = shape, np.zeros(len(inside), np.int64)
         for k in range(1, len(ends)):
@@ -289,21 +292,15 @@ def _connected(triangles: np.ndarray) -> List[np.ndarray]:
     return [triangles[label == part] for part in np.unique(label)]
 
 
-def _ways(inside: np.ndarray, shape: np.ndarray, begin: np.ndarray) -> np.ndarray:
-    """Lengths of the shortest ways from some cubes to each [thirds of an edge], infinite where there is none, shape (n,). inside: not of the outermost"""
-    length = np.full(len(inside), np.inf)
-    strides = np.array([shape[1] * shape[2], shape[2], 1])
-    steps = [(int(np.dot(step, strides)), _STEPS[np.count_nonzero(step) - 1]) for step in itertools.product((-1, 0, 1), repeat=3) if any(step)]
-    reached: Dict[int, List[np.ndarray]] = {0: [begin]}
-    at = 0
-    while reached:
-        cubes = np.unique(np.concatenate(reached.pop(at, [begin[:0]])))
-        cubes = cubes[np.isinf(length[cubes])]
-        length[cubes] = at
-        for step, far in steps if len(cubes) else ():
-            beyond = cubes + step
-            beyond = beyond[inside[beyond] & np.isinf(length[beyond])]
-            if len(beyond):
-                reached.setdefault(at + far, []).append(beyond)
-        at += 1
-    return length
+def _ways(inside: np.ndarray, shape: np.ndarray, ends: List[np.ndarray]) -> np.ndarray:
+    """Lengths of the shortest ways from the cubes of each end to each cube [thirds of an edge], infinite where there is none, shape (e, n)."""
+    steps = [step for step in itertools.product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
+    pairs = list(pairs_of_cubes(inside.reshape(shape), steps))
+    lengths = np.repeat([_STEPS[np.count_nonzero(step) - 1] for step in steps], [len(some) for some in pairs])
+    count = np.count_nonzero(inside)
+    graph, number = csr_array((lengths, np.concatenate(pairs).T), (count, count)), np.cumsum(inside) - 1
+    ways = np.full((len(ends), len(inside)), np.inf)
+    for way, cubes in zip(ways, ends):
+        if len(cubes):
+            way[inside] = dijkstra(graph, directed=False, indices=number[cubes], min_only=True)
+    return ways

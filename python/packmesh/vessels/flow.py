@@ -5,22 +5,22 @@ Sections are levels of a field on the surface: planes across x of a periodic ves
 from __future__ import annotations
 
 import dataclasses
-from typing import List, Tuple
+from typing import Tuple
 
 import numpy as np
 
+from packmesh.vessels.graph import components, mean_values
 from packmesh.vessels.lattice import PlacedVessel
-from packmesh.vessels.surface import components, neighbors
+from packmesh.vessels.surface import neighbors
 
 _LEVELS = 200
 _LEAST = 1e-9  # least conductance over the largest, so that a part that ends blind has a pressure
 _AT = 1e-6  # farthest from an end that is its own [µm]
 _LEAST_STEP = 1e-6  # of a field from 0 to 1 between levels, far above the error of its solution
-_RESIDUAL = 1e-10  # of its equations, over that at the start
+_FLAT = 1e-10  # rise in a triangle that has no level
 _WEIGHTS = 0.02, 50.0  # of edges
 _AGAINST = 0.3  # of the gradient in the wall, against which the area of a loop around a pillar is
 _SHORTEST = 0.1  # way along the normal of a loop, over that along the wall
-_CUBES = 200  # about the number that hold the surface, whose vertices are moved together
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -97,8 +97,7 @@ def _rising_field(vessel: PlacedVessel) -> np.ndarray:
         opposite = vessel.vertices[vessel.triangles[pairs[:, side]].sum(axis=1) - edges.sum(axis=1)]
         u, v = (vessel.vertices[edges[:, k]] - opposite for k in (0, 1))
         cotangents += np.einsum("ij,ij->i", u, v) / np.maximum(np.linalg.norm(np.cross(u, v), axis=1), 1e-300)
-    cubes = np.floor(vessel.vertices / np.sqrt(_areas(vessel).sum() / _CUBES)).astype(int)
-    return _mean_values(edges, np.clip(cotangents, *_WEIGHTS), value, known, np.unique(cubes, axis=0, return_inverse=True)[1].reshape(-1))
+    return mean_values(edges, np.clip(cotangents, *_WEIGHTS), value, known)
 
 
 def _areas(vessel: PlacedVessel) -> np.ndarray:
@@ -107,45 +106,11 @@ def _areas(vessel: PlacedVessel) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
-def _mean_values(edges: np.ndarray, weights: np.ndarray, value: np.ndarray, known: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Values at the nodes of a graph: some are known, each other one is the weighted mean of those across its edges. By conjugate gradients; each step moves
-    whole groups of nodes, too, so that large graphs need few steps (a preconditioner of two levels)."""
-    groups = int(group.max()) + 1
-    a, b = np.concatenate([edges, edges[:, ::-1]]).T
-    order = np.argsort(a, kind="stable")
-    a, b, weights = a[order], b[order], np.tile(weights, 2)[order]
-    begin = np.searchsorted(a, np.arange(len(value)))
-    degree = np.add.reduceat(weights, begin)
-    free = ~known
-    inner = free[a] & free[b]
-    coarse = np.diag(np.bincount(group, free * degree, groups))
-    coarse -= np.bincount(group[a[inner]] * groups + group[b[inner]], weights[inner], groups**2).reshape(groups, groups)
-    coarse[np.diag_indices(groups)] += 1e-12 * coarse.max()  # groups of known nodes alone
-    coarse = np.linalg.inv(coarse)
-
-    def rest(of: np.ndarray) -> np.ndarray:
-        return free * (np.add.reduceat(weights * of[b], begin) - degree * of)
-
-    value = value.copy()
-    residual = rest(value)
-    way, before, first = np.zeros(len(value)), 1.0, 0.0
-    while True:
-        better = residual / degree + free * (coarse @ np.bincount(group, residual, groups))[group]
-        now = float(residual @ better)
-        first = first or now
-        if not now > _RESIDUAL**2 * first:
-            return value
-        way = better + now / before * way
-        change = rest(way)
-        step = -now / float(way @ change)
-        value, residual, before = value + step * way, residual + step * change, now
-
-
 def _levels_of(vessel: PlacedVessel, field: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Levels, and the steps of the field about them, in each of which the wall has the same area: where the field rises slowly they are close."""
     corners = field[vessel.triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
-    sloping = high - low > _RESIDUAL
+    sloping = high - low > _FLAT
     rates = _areas(vessel)[sloping] / (high - low)[sloping]  # area per rise of the field
     places, changes = np.concatenate([low[sloping], high[sloping]]), np.concatenate([rates, -rates])
     order = np.argsort(places)
@@ -175,26 +140,7 @@ def _directions(of: Sections) -> np.ndarray:
 
 def _flows(of: Sections, conductance: np.ndarray) -> Tuple[np.ndarray, float]:
     """Share of each section in the flow rate, and resistance between the parts before the first and after the last level."""
-    first = np.searchsorted(of.parts, np.arange(of.parts[-1] + 2))  # part of each slab
-    sizes = np.diff(first)
-    own, links = [np.zeros((n, n)) for n in sizes], [np.zeros((n, m)) for n, m in zip(sizes, sizes[1:])]
-    for k, a, b, g in zip(of.level.tolist(), of.before - first[of.level], of.after - first[of.level + 1], conductance):
-        own[k][a, a] += g
-        own[k + 1][b, b] += g
-        links[k][a, b] += g
-    # Pressure 1 before the first level, 0 after the last one: elimination from slab to slab.
-    last = len(own) - 1
-    reduced: List[Tuple[np.ndarray, np.ndarray]] = []
-    matrix, right = own[1], links[0].sum(axis=0)
-    for k in range(1, last - 1):
-        solved = np.linalg.solve(matrix, np.column_stack([links[k], right]))
-        reduced.append((solved[:, :-1], solved[:, -1]))
-        matrix, right = own[k + 1] - links[k].T @ solved[:, :-1], links[k].T @ solved[:, -1]
-    pressures = [np.zeros(sizes[last]), np.linalg.solve(matrix, right)]
-    for coupling, alone in reversed(reduced):
-        pressures.append(alone + coupling @ pressures[-1])
-    pressures.append(np.ones(sizes[0]))
-    pressure = np.concatenate(pressures[::-1])
+    pressure = mean_values(np.column_stack([of.before, of.after]), conductance, of.parts == 0, (of.parts == 0) | (of.parts == of.parts[-1]))
     flow = conductance * (pressure[of.before] - pressure[of.after])
     total = float(flow[of.level == 0].sum())
     return flow / total, 1 / total

@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import Any, List, Sequence, Tuple
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
+
+from packmesh.vessels.graph import pairs_of_cubes
 
 #: CPU time of an iteration of HemoCell 2.7, measured in a tube of 20 µm (the page "Measurements with HemoCell", Cases by new-case): [s] for each
 #: node of the lattice, walls included, and for each vertex of a membrane.
@@ -71,34 +75,28 @@ def narrowest_width(lumen: Any, size: np.ndarray, ends: Sequence[Tuple[np.ndarra
     counts = np.maximum(np.ceil(size / spacing).astype(int), 1)
     grid = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, size)), indexing="ij"), axis=-1).reshape(-1, 3)
     depth = np.concatenate([lumen.distances(part + low) for part in np.array_split(grid, max(1, len(grid) // 100_000))])
-    strides = np.array([counts[1] * counts[2], counts[2], 1])
-
     def near(center: np.ndarray, diameter: float) -> int:
         """The deepest node by an end, where a flat cap is not nearer than the wall."""
         close = np.flatnonzero(np.linalg.norm(grid - center, axis=1) < 0.75 * diameter + spacing)
         return int(close[np.argmax(depth[close])])
 
     nodes = [near(*end) for end in ends]
-    inside = np.flatnonzero(depth > 0)
-    parent = {}
-
-    def root(node: int) -> int:
-        while parent[node] != node:
-            parent[node] = node = parent[parent[node]]
-        return node
-
-    place = np.array(np.unravel_index(inside, counts)).T
-    neighbours = [[node + side * int(strides[axis]) for axis in range(3) for side in (-1, 1) if 0 <= at[axis] + side < counts[axis]]
-                  for node, at in zip(inside.tolist(), place.tolist())]
-    for k in np.argsort(-depth[inside], kind="stable").tolist():  # the deepest first, until all ends are connected
-        node = int(inside[k])
-        parent[node] = node
-        for other in neighbours[k]:
-            if other in parent:
-                parent[root(other)] = root(node)
-        if all(end in parent for end in nodes) and len({root(end) for end in nodes}) == 1:
-            return 2 * float(_refined(lumen, grid[node] + low, spacing))
-    return 0.0
+    if depth[nodes].min() <= 0:
+        return 0.0
+    inside = (depth > 0).reshape(counts)
+    pairs = np.concatenate(list(pairs_of_cubes(inside, np.eye(3, dtype=int))))
+    deep, nodes = depth[depth > 0], (np.cumsum(inside) - 1)[nodes].tolist()
+    # The widest ways lead through the spanning tree of the largest depths; its weights are the smaller, the deeper the shallower node of a pair is.
+    weights = 1 + deep.max() - deep[pairs].min(axis=1)
+    tree = minimum_spanning_tree(csr_array((weights, pairs.T), (len(deep), len(deep))))
+    before = breadth_first_order(tree, nodes[0], directed=False)[1].tolist()
+    narrowest = nodes[0]
+    for node in nodes[1:]:
+        while node != nodes[0]:
+            if node < 0:  # not connected
+                return 0.0
+            narrowest, node = min(narrowest, node, key=lambda one: deep[one]), before[node]
+    return 2 * float(_refined(lumen, grid[depth > 0][narrowest] + low, spacing))
 
 
 def _refined(lumen: Any, point: np.ndarray, spacing: float) -> float:

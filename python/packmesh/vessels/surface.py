@@ -10,6 +10,7 @@ import numpy as np
 from packmesh.base import files
 from packmesh.errors import InputError
 from packmesh.io import mesh_file
+from packmesh.vessels.graph import components
 
 _SAME = 1e-6  # vertices are one within this share of the diagonal: STL repeats them for each triangle
 _FLAT_STEP = np.cos(np.radians(12))  # triangles of a cap, of which single precision far from the origin turns the small ones
@@ -126,13 +127,6 @@ def merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.nd
     triangles = number.reshape(-1)[triangles]
     a, b, c = triangles.T
     return points[first], triangles[(a != b) & (b != c) & (c != a)]
-
-
-def components(count: int, pairs: np.ndarray) -> np.ndarray:
-    """Of a graph: the lowest number in the component of each node."""
-    from packmesh import _packmesh
-
-    return _packmesh.components(count, pairs)
 
 
 def neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:

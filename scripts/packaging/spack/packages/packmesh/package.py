@@ -35,6 +35,7 @@ class Packmesh(CMakePackage):
     depends_on("python@3.9:", type=("build", "link", "run"), when="+python")
     depends_on("py-pybind11@2.10:", type="build", when="+python")
     depends_on("py-numpy", type=("build", "run"), when="+python")
+    depends_on("py-scipy@1.8:", type="run", when="+python")
     depends_on("py-h5py", type="run", when="+python")
     depends_on("py-jinja2", type="run", when="+python")
     depends_on("catch2@2.13:2", type="build", when="+tests")
