@@ -80,7 +80,7 @@ def page():
                 bases = ", ".join(base.__name__ for base in thing.__bases__)
                 out.append(f"{inspect.getdoc(thing)} Derives from {bases}.\n")
                 continue
-            if name not in ("Packing", "Cells"):
+            if name not in ("Packing", "Cells", "Run", "Step", "DeformedPacking"):
                 out.append(fenced(signature(thing, name)))
             out.append(described(inspect.getdoc(thing)) + "\n")
             if inspect.isclass(thing) and not dataclasses.is_dataclass(thing):

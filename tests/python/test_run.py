@@ -303,6 +303,10 @@ def test_cells_leave_at_outlets(fed):
     assert [step["left"] for step in data["steps"]] == [0, 1, 1] and len(data["outlets"]) == 2 and set(data["steps"][0]["branches"]) == {"stem", "outlet 1", "outlet 2"}
 
 
+def faults_of(step, *names):
+    return membrane_faults({name: (step.joined(name), step.triangles(name)) for name in names}, step.period)
+
+
 def test_overlaps(case):
     """Exact, with images across the periodic face and cells inside others."""
     centers = {0: (3, 6, 10), 1: (6.9, 6, 10), 2: (29, 13, 10), 3: (1.5, 13, 10), 4: (15, 10, 10), 5: (15, 10, 10), 6: (20, 10, 10), 7: (20, 12.5, 10)}
@@ -312,8 +316,7 @@ def test_overlaps(case):
     writer = Writer(case / "out")
     writer.write(100, {"RBC": (cells, TRIANGLES, np.arange(8)), "PLT": (small, TRIANGLES, np.array([8, 9]))})
     step = packmesh.hemocell_output(case / "out")[0]
-    names = ["RBC", "PLT"]
-    found = {tuple(sorted(int(step.ids(name)[i]) for name, i in pair)) for pair in membrane_faults(step, names).overlapping}
+    found = {tuple(sorted(int(step.ids(name)[i]) for name, i in pair)) for pair in faults_of(step, "RBC", "PLT").overlapping}
     # 6 and 7 share one point, a vertex of both; 1 and 0 overlap, 2 and 3 across the face, 5 is inside 4.
     assert found == {(0, 1), (2, 3), (4, 5), (6, 7), (7, 8)}
     figures = RunAnalysis(None).analyse(step)
@@ -328,7 +331,7 @@ def test_own_images_and_self_intersections(case):
     crossed[farthest, 2] -= 6.0
     Writer(case / "out", all_cells=3).write(100, {"RBC": (np.array([long, crossed, ball((5, 14, 10), 2.0)]), TRIANGLES, np.arange(3))})
     step = packmesh.hemocell_output(case / "out")[0]
-    faults = membrane_faults(step, ["RBC"])
+    faults = faults_of(step, "RBC")
     ids = step.ids("RBC")
     assert [[ids[i] for _, i in pair] for pair in faults.overlapping] == [[0, 0]] and [ids[i] for _, i in faults.self_intersecting] == [1]
     figures = RunAnalysis(None).analyse(step)
@@ -345,11 +348,11 @@ def test_overlaps_window_by_window(case, monkeypatch):
     cells = np.array([ball(random.uniform((0, 3, 3), (30, 17, 17)), random.uniform(0.5, 2.5)) for _ in range(120)])
     Writer(case / "out", all_cells=120).write(100, {"RBC": (cells, TRIANGLES, np.arange(120))})
     step = packmesh.hemocell_output(case / "out")[0]
-    everything = membrane_faults(step, ["RBC"])
+    everything = faults_of(step, "RBC")
     assert len(everything.overlapping) > 50
     for size in (1, 7, 50):
         monkeypatch.setattr(run_overlaps, "CELLS_AT_ONCE", size)
-        assert membrane_faults(step, ["RBC"]) == everything
+        assert faults_of(step, "RBC") == everything
 
 
 def test_page(case):
@@ -422,7 +425,8 @@ def test_other_case(case, change, told):
     for iteration in (0, 100):
         writer.write(iteration, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
     write_case(case)
-    RunLumen(str(case / "config.xml")).require_run(packmesh.hemocell_output(case / "out")[0])
+    step = packmesh.hemocell_output(case / "out")[0]
+    RunLumen(str(case / "config.xml")).require_run(step.run.folder, step.dx, step.fluid)
     write_case(case, **change)
     for words in ((), ("--skip-damaged",), ("--state", "a.h5", "--skip-damaged")):
         text = run_command("out", "--case", ".", *words, cwd=case, code=2)
@@ -430,14 +434,9 @@ def test_other_case(case, change, told):
     assert not (case / "out/run.html").exists() and not (case / "a.h5").exists()
 
 
-class OtherStep:
-    """A step of a run with a fluid of so many nodes."""
-
-    class run:
-        folder = "out"
-
-    def __init__(self, nodes, dx):
-        self.dx, self.fluid = dx, Domain(np.full(3, -0.5 * dx), (np.array(nodes) - 0.5) * dx)
+def fluid_of(nodes):
+    """The place and size of a fluid of so many nodes."""
+    return "out", 0.5, Domain(np.full(3, -0.25), (np.array(nodes) - 0.5) * 0.5)
 
 
 @pytest.mark.long
@@ -455,13 +454,13 @@ def test_other_vessel(pipe, tmp_path):
         config.write_text(re.sub("<packing>.*</packing>", "", config.read_text(), flags=re.S))
         nodes = np.array(packmesh.pack(case=config, species={"RBC": 1}).report()["lumen"]["lattice"]["nodes"])
         lumen = RunLumen(str(config))
-        lumen.require_run(OtherStep(nodes, 0.5))
+        lumen.require_run(*fluid_of(nodes))
         for k in range(3):
             for change in (-1, 1):
-                refused(r"config.xml: its lattice has .* nodes, that of the run out", lambda: lumen.require_run(OtherStep(nodes + change * np.eye(3, dtype=int)[k], 0.5)))
+                refused(r"config.xml: its lattice has .* nodes, that of the run out", lambda: lumen.require_run(*fluid_of(nodes + change * np.eye(3, dtype=int)[k])))
         # Sparse blocks: planes of solid nodes at the high ends need not be there.
         config.write_text(config.read_text().replace("<dx>", "<blockSize> 16 </blockSize> <dx>"))
-        RunLumen(str(config)).require_run(OtherStep(nodes - 1, 0.5))
+        RunLumen(str(config)).require_run(*fluid_of(nodes - 1))
 
 
 @pytest.mark.parametrize("length", (20, 32))

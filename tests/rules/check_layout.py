@@ -8,7 +8,7 @@
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines, half of
   them have at least 110, and there are at most 330, of the C++ side of the Python package too: files are concepts.
-- Modules of the Python package import those of their own package, without circles, and of packages above it in that list.
+- Modules of the Python package import those of their own package, without circles, and of packages above it in that list, also for annotations.
 - What the wing cat/ consists of is named in at most 20 lines of the rest of the tree.
 - The interface of the plug-in is named by its contents, so that a case and a library of different ones do not run together.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
@@ -102,10 +102,8 @@ def require_no_circle(uses, what):
 
 
 def imports(node, package):
-    """Names that are imported below a node, in full, but for those of annotations alone."""
+    """Names that are imported below a node, in full, also for annotations alone and in functions."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
-            continue
         if isinstance(child, ast.Import):
             yield from (alias.name for alias in child.names)
         elif isinstance(child, ast.ImportFrom):

@@ -6,14 +6,13 @@ import html
 from typing import TYPE_CHECKING, Any, Dict, List, Tuple
 
 import numpy as np
+import numpy.typing as npt
 
 from packmesh.errors import UnknownCellsError
+from packmesh.show.picture import picture_of
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    Floats = npt.NDArray[np.float64]
-    Integers = npt.NDArray[Any]
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[Any]
 
 
 class Cells:
@@ -119,9 +118,8 @@ class CellPacking:
 
     def _repr_html_(self) -> str:
         """For notebooks: numbers, and a picture of the cells of this rank."""
-        from packmesh.show.picture import picture_of
-
-        picture = picture_of(self)
+        kinds = [(name, self.template(name), self.vertices(name) if self.deformed else None) for name in self.species_names]
+        picture = picture_of(kinds, self.species, self.positions, self.rotations)
         image = f'<img alt="{html.escape(self._counts_text())}" style="max-width: 100%; width: 480px" src="{picture}">' if picture else ""
         return f"<figure style='margin: 0'>{image}<figcaption>packmesh.{type(self).__name__}: {html.escape(self._counts_text())}</figcaption></figure>"
 

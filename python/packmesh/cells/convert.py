@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any, Tuple
+from typing import Any, Tuple
 
 import numpy as np
 
+from packmesh.cells.cells import CellPacking
 from packmesh.io.packing_file import matrices_of
-
-if TYPE_CHECKING:
-    from packmesh.cells.cells import CellPacking
 
 
 def _module(name: str) -> Any:
@@ -20,7 +18,7 @@ def _module(name: str) -> Any:
         raise ImportError(f"to_{name}() needs the Python package {name} (pip install {name})") from error
 
 
-def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def surfaces(packing: CellPacking) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """All membranes: vertices (V, 3) [µm], triangles (T, 3); species and number of the cell of each triangle (T,)."""
     points, triangles, species, cells = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty(0, int)], [np.empty(0, int)]
     first = 0
@@ -36,7 +34,7 @@ def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray
     return np.concatenate(points), np.concatenate(triangles), np.concatenate(species), np.concatenate(cells)
 
 
-def matrices(packing: "CellPacking") -> np.ndarray:
+def matrices(packing: CellPacking) -> np.ndarray:
     """Of the cells' placements, shape (N, 4, 4): homogeneous coordinates [µm]."""
     all_ = np.zeros((len(packing), 4, 4))
     all_[:, :3, :3] = matrices_of(packing.rotations)
@@ -45,13 +43,13 @@ def matrices(packing: "CellPacking") -> np.ndarray:
     return all_
 
 
-def to_meshio(packing: "CellPacking") -> Any:
+def to_meshio(packing: CellPacking) -> Any:
     meshio = _module("meshio")
     points, triangles, species, cells = surfaces(packing)
     return meshio.Mesh(points, [("triangle", triangles)], cell_data={"species": [species], "cell": [cells]})
 
 
-def to_trimesh(packing: "CellPacking") -> Any:
+def to_trimesh(packing: CellPacking) -> Any:
     trimesh = _module("trimesh")
     scene = trimesh.Scene()
     placements = matrices(packing)
@@ -69,7 +67,7 @@ def to_trimesh(packing: "CellPacking") -> Any:
     return scene
 
 
-def to_pyvista(packing: "CellPacking") -> Any:
+def to_pyvista(packing: CellPacking) -> Any:
     pyvista = _module("pyvista")
     points, triangles, species, cells = surfaces(packing)
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()

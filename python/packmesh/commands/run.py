@@ -21,9 +21,10 @@ import numpy as np
 from packmesh.base import command, files
 from packmesh.commands.compare import table_lines
 from packmesh.errors import InputError
+from packmesh.run.case_file import number_in_case
 from packmesh.run.hemocell_run import Run, Step, hemocell_output
-from packmesh.run.lumen import OtherCaseError, RunLumen, number_in_case
-from packmesh.run.measures import RunAnalysis, is_red
+from packmesh.run.lumen import OtherCaseError, RunLumen, is_red
+from packmesh.run.measures import RunAnalysis
 
 HEADS_OF_LOST = ["cell", "#id", "#last seen", "#missing at", "#x [µm]", "#y [µm]", "#z [µm]", "#length [µm]", "where"]
 

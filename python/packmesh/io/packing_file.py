@@ -6,6 +6,7 @@ The documentation (State file) describes both. Needs h5py, and not the C++ modul
 from __future__ import annotations
 
 import dataclasses
+import logging
 import math
 from typing import Dict, List, Optional, Sequence, Tuple
 
@@ -72,6 +73,7 @@ class PackingFile:
     def __init__(self, path: str) -> None:
         """Raises InputError"""
         self.path = path
+        self.assumed_lumen = ""  # what is told where the lumen is needed, as it is not that of the cells
         with hdf5_files.opened(path, "is no state or packing of packMesh, or is damaged") as file:
             self._read(file)
 
@@ -144,6 +146,9 @@ class PackingFile:
         """Raises InputError"""
         if self.lumen is None:
             raise InputError(f"{self.path}: has no lumen, as an earlier version of packMesh wrote it")
+        if self.assumed_lumen:
+            logging.getLogger("packmesh").warning(self.assumed_lumen)
+            self.assumed_lumen = ""
         return self.lumen
 
     def require_full_size(self) -> None:

@@ -7,7 +7,7 @@ import dataclasses
 import inspect
 import os
 import pathlib
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -24,11 +24,9 @@ from packmesh.packing.check import check
 from packmesh.packing.packing import Check, Packing
 from packmesh.packing.request import Asked, Body, Box, Cylinder, MeshSource, Region, Species, Sphere
 from packmesh.run.deformed_packing import rigid_fits
+from packmesh.run.hemocell_run import Run, Step, hemocell_output
 
-if TYPE_CHECKING:
-    from packmesh.run.hemocell_run import Run, Step
-
-Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, cells.Cells, "Step", "Run"]
+Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, cells.Cells, Step, Run]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -352,8 +350,6 @@ def _flowing(source: Any) -> Any:
     """Of an output folder the run, whose case is in the folder around it."""
     if not isinstance(source, (str, os.PathLike)) or not os.path.isdir(source):
         return source
-    from packmesh.run.hemocell_run import hemocell_output
-
     config = pathlib.Path(source).absolute().parent / "config.xml"
     return hemocell_output(source, config=config if config.exists() else None)
 

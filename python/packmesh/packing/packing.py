@@ -10,7 +10,7 @@ import os
 import pathlib
 import socket
 import tempfile
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -20,15 +20,14 @@ from packmesh.base.arguments import Path, address, file_name, flag, listed, plai
 from packmesh.base.files import existing
 from packmesh.base.values import ByValue
 from packmesh.cells import convert
-from packmesh.cells.cells import CellPacking
+from packmesh.cells.cells import CellPacking, Floats, Integers
 from packmesh.errors import InputError, OutputError
+from packmesh.export import growth_frames
 from packmesh.export.formats import exported, names_of, without_pos, write as write_exports
 from packmesh.io.packing_file import PackingFile
 from packmesh.io.stored import StateFile, Stored
-from packmesh.show import scene
-
-if TYPE_CHECKING:
-    from packmesh.cells.cells import Floats, Integers
+from packmesh.run.deformed_packing import DeformedPacking
+from packmesh.show import scene, view
 
 _log = logging.getLogger("packmesh")
 
@@ -393,7 +392,6 @@ class Packing(CellPacking):
         """Makes series for ParaView of the states of growth, if they were written."""
         folder = self._held.growth_frames
         if folder is not None:
-            from packmesh.export import growth_frames
             self._on_first_rank(lambda: growth_frames.convert(os.fspath(folder)))
 
     def _on_first_rank(self, work: Callable[[], Any], keeps: bool = False) -> Any:
@@ -435,7 +433,6 @@ def write_report(names: Sequence[str], report: str, tables: str) -> None:
     with files.Outputs() as outputs:
         outputs.write(names[0], [report.encode()])
         if len(names) > 1:
-            from packmesh.show import view  # needs Jinja2
             outputs.write(names[1], [view.page_text(PackingFile(tables), json.loads(report)).encode("utf-8", "replace")])
         outputs.commit()
 
@@ -450,11 +447,9 @@ def load(file: Path, *, comm: Any = None) -> Union[Packing, Any]:  # not only Pa
     """
     name = existing(file_name("file", file))
     if _packmesh.is_of_run(name):
-        from packmesh.run.deformed_packing import LoadedPacking
-
         if comm is not None and comm.size > 1:
             raise InputError(f"{name}: has the cells of a run, which ranks do not share; load it without comm")
-        return LoadedPacking(name)
+        return DeformedPacking.loaded(name)
     packing = Packing(_packmesh.load(name, address(comm)), comm)
     packing._source = StateFile(name)
     packing._state = packing._source.path if packing.request else ""

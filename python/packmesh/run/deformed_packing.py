@@ -6,28 +6,27 @@ import dataclasses
 import logging
 import os
 import pathlib
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
+import tempfile
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from packmesh import _packmesh
-from packmesh.base.arguments import flag
+from packmesh.base.arguments import Path, flag
 from packmesh.base.values import ByValue
 from packmesh.cells import convert
 from packmesh.cells.cells import CellPacking
+from packmesh.cells.shapes import shapes_of
 from packmesh.errors import InputError
 from packmesh.export.formats import OF_MEMBRANES, exported, names_of, undeformed_text, without_pos, write as write_exports
-from packmesh.io.packing_file import Faults, Kind, Lumen, PackingFile, quaternions_of
+from packmesh.io.packing_file import PackingFile, quaternions_of
 from packmesh.io.pos import write_pos
 from packmesh.io.stored import StateFile
-from packmesh.run.lumen import RunLumen
-from packmesh.run.measures import is_red, warned_outside
-from packmesh.run.overlaps import faults_of_membranes, membrane_faults
+from packmesh.run.lumen import RunLumen, is_red
+from packmesh.run.overlaps import faults_of_membranes
 
-if TYPE_CHECKING:
-    from packmesh.run.hemocell_run import Step
-
-_CELLS_AT_ONCE = 1024
+#: Vertices [µm], shape (V, 3), and triangles, shape (T, 3).
+Template = Tuple[np.ndarray, np.ndarray]
 _AROUND = 1.0  # from cells to the faces of a box around them [µm]
 _log = logging.getLogger("packmesh")
 
@@ -56,33 +55,46 @@ class DeformedPacking(CellPacking):
     Cells are in the order of species, then as in the step. `rotations`, `positions` and pos_lines() are of the template that HemoCell
     builds, moved so that the squared distances of its vertices to those of the cell are least (Kabsch 1976).
 
-    A packing does not change: its copies are itself. It can be pickled; check(), and the lumen of the case, need the files of the run and of
-    the case where it is unpickled.
+    A packing does not change: its copies are itself. It can be pickled; with a case, this must be there where it is unpickled.
     """
 
     positions: np.ndarray
     fit_errors: np.ndarray
     deformed = True  #: cells have meshes of their own
-    step: Step  #: None if it was loaded from a state
 
-    def __init__(self, step: Step, config: Optional[str]) -> None:
-        """Raises InputError if a template is not known or another, or the case is not that of the run"""
-        self.step = step
-        self._config = config
-        self._lumen = RunLumen(config) if config is not None else None
-        if self._lumen is not None:
-            self._lumen.require_run(step)
-        self._vertices = {name: step.vertices(name) for name in step.species_names}
-        folder = None if config is None else os.path.dirname(os.path.abspath(config))
-        self._templates = {name: self._template_of(name, folder) for name in step.species_names}
-        self._fit()
-        if self._lumen is not None and step.fluid is None:
-            self._tell_outside(self._lumen)
-
-    def _fit(self) -> None:
-        """The rigid bodies nearest to the cells."""
-        fits = [rigid_fits(self._templates[name][0], vertices) for name, vertices in self._vertices.items()]
+    def __init__(self, place: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template], period: np.ndarray) -> None:
+        """place: a folder or file; period: of the images of cells [µm], 0 along axes without images"""
+        self._place, self._vertices, self._templates, self._period = place, vertices, templates, period
+        self._origin = ""  # of a step
+        self._lumen: Optional[RunLumen] = None
+        self._box: Optional[Tuple[np.ndarray, np.ndarray, np.ndarray]] = None  # corners and period of a lumen of which no case is known
+        self._state: Optional[StateFile] = None  # what it was loaded from
+        fits = [rigid_fits(templates[name][0], cells) for name, cells in vertices.items()]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
+
+    @classmethod
+    def loaded(cls, path: str) -> DeformedPacking:
+        """Of a state. Raises InputError"""
+        file = PackingFile(path)
+        membranes = {kind.name: file.membranes(i, file.of(i)) for i, kind in enumerate(file.kinds)}
+        templates = {kind.name: (kind.vertices, kind.triangles) for kind in file.kinds}
+        packing = cls(path, membranes, templates, np.zeros(3) if file.lumen is None else file.lumen.period)
+        packing._box = None if file.lumen is None else (file.lumen.low, file.lumen.high, file.lumen.period)
+        packing._state = StateFile(path)
+        return packing
+
+    @classmethod
+    def of_step(cls, place: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template], period: np.ndarray, origin: str,
+                lumen: Optional[RunLumen], domain: Optional[Tuple[np.ndarray, np.ndarray]]) -> DeformedPacking:
+        """origin: iteration and what became of the cells; domain: corners of the fluid [µm], infinite along axes where they are not known"""
+        packing = cls(place, vertices, templates, period)
+        packing._origin, packing._lumen = origin, lumen
+        every = np.concatenate([cells.reshape(-1, 3) for cells in vertices.values()])
+        if lumen is None and domain is not None and len(every):
+            known = np.isfinite(domain[1])
+            low, high = np.where(known, domain[0], every.min(axis=0) - _AROUND), np.where(known, domain[1], every.max(axis=0) + _AROUND)
+            packing._box = low, high, high - low
+        return packing
 
     def __copy__(self) -> DeformedPacking:
         return self
@@ -91,11 +103,10 @@ class DeformedPacking(CellPacking):
         return self
 
     def __getstate__(self) -> Dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_lumen"}
+        return {**vars(self), "_lumen": None if self._lumen is None else self._lumen.config}
 
     def __setstate__(self, state: Dict[str, Any]) -> None:
-        vars(self).update(state)
-        self._lumen = RunLumen(self._config) if self._config is not None else None
+        vars(self).update(state, _lumen=None if state["_lumen"] is None else RunLumen(state["_lumen"]))
 
     @property
     def counts(self) -> Dict[str, int]:
@@ -128,26 +139,25 @@ class DeformedPacking(CellPacking):
     @property
     def hematocrit(self) -> float:
         """Volume of the deformed red cells over that of the lumen. Raises InputError without a case"""
-        from packmesh.cells.shapes import shapes_of
-
+        if self._lumen is None and self._state is not None:
+            raise InputError(f"{self._place}: has no case, to whose lumen a hematocrit refers; packmesh.check(file, case=...) refers to that of a case")
         if self._lumen is None:
-            raise InputError(f"{self.step}: its lumen is not known; state config")
+            raise InputError(f"{self._place}: its lumen is not known; state config")
         volume = sum(float(shapes_of(vertices, self._templates[name][1]).volume.sum())
                      for name, vertices in self._vertices.items() if is_red(name) and len(vertices))
         return volume / self._lumen.volume
 
     def check(self) -> DeformedCheck:
         """Tests the deformed cells exactly against each other and themselves and, with a case, against the wall of the lumen."""
-        first = dict(zip(self.species_names, np.concatenate([[0], np.cumsum(list(self.counts.values()))])))
-        faults = membrane_faults(self.step, self.species_names)
-        pairs = [sorted(int(first[name]) + i for name, i in pair) for pair in faults.overlapping]
+        kinds = [(vertices, self._templates[name][1]) for name, vertices in self._vertices.items()]
+        overlapping, themselves = faults_of_membranes([kind for kind in kinds if len(kind[0])], self._period)
         misplaced: Optional[List[Tuple[int, str]]] = None
         if self._lumen is not None:
-            misplaced = [(int(first[name]) + i, reason) for name, vertices in self._vertices.items()
-                         for i, reason in self._lumen.violations(vertices, self._templates[name][1])]
-        return DeformedCheck(sorted((a, b) for a, b in pairs), misplaced, sorted(int(first[name]) + i for name, i in faults.self_intersecting))
+            first = np.cumsum([0, *self.counts.values()]).tolist()
+            misplaced = [(own + i, reason) for own, kind in zip(first, kinds) for i, reason in self._lumen.violations(*kind)]
+        return DeformedCheck(overlapping, misplaced, themselves)
 
-    def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = (), undeformed: bool = False) -> List[pathlib.Path]:
+    def write_pos(self, folder: Path = ".", export: Sequence[str] = (), undeformed: bool = False) -> List[pathlib.Path]:
         """Writes formats as Packing.write_pos() does. Those that hold poses, and ``<species>.pos``, hold undeformed cells: they are written
         only with `undeformed`, as the rigid fits, with a warning how many of these overlap.
         """
@@ -166,74 +176,63 @@ class DeformedPacking(CellPacking):
         written = [os.path.join(folder, name + ".pos") for name in self.species_names] + names_of(exports, folder)
         return [pathlib.Path(name) for name in written]
 
-    def save(self, file: "str | os.PathLike[str]") -> None:
+    def save(self, file: Path) -> None:
         """Writes a state (HDF5) with the deformed membranes, for ``packMesh check``, ``--fixed``, ``--start``, ``--blood`` and the
-        plug-in's loadParticles().
+        plug-in's loadParticles(). Of a packing that was loaded it is the same file.
 
         Without a case the lumen in it is the box of the fluid, periodic along x, y and z, with a warning.
         """
+        if self._state is not None:
+            self._state.write(os.fspath(file))
+            return
         self._tell_lumen()
-        self._write_state(file)
+        self._write_state(os.fspath(file))
+
+    def _write_state(self, file: str) -> None:
+        box = None if self._box is None else self._box[:2]
+        _packmesh.save_cells(file, self._origin, self._kinds(), self._lumen_of_library(), box)
+
+    def _numbers(self, setting: str) -> Any:
+        """These cells in place of a state."""
+        return _packmesh.numbers_of_cells(setting, self._kinds(), self._lumen_of_library(), self._box)
+
+    def cells_file(self) -> PackingFile:
+        """The cells as exports read them."""
+        if self._state is not None:
+            return PackingFile(self._place)
+        with tempfile.TemporaryDirectory(prefix="packmesh-") as folder:
+            file = os.path.join(folder, "cells.h5")
+            self._write_state(file)
+            cells = PackingFile(file)
+        cells.path, cells.assumed_lumen = self._place, self._lumen_text()
+        return cells
 
     def _tell_lumen(self) -> None:
         """Warns if the lumen is not known."""
-        if self._lumen is None:
-            box = self._periodic_box()
-            size = "" if box is None else " x ".join(f"{x:.4g}" for x in box[1] - box[0])
-            _log.warning(f"{self.step.folder}: without the case (config, --case) the lumen is taken to be "
-                         + (f"a box of {size} µm, periodic along x, y and z" if box is not None else "a box around the cells, not periodic"))
+        text = self._lumen_text()
+        if text:
+            _log.warning(text)
 
-    def _periodic_box(self) -> Optional[Tuple[np.ndarray, np.ndarray]]:
-        """Low and high corner of the domain [µm], around the cells along axes where that is not known; None if nothing of it is known."""
-        domain, every = self.step.domain, np.concatenate([cells.reshape(-1, 3) for cells in self._vertices.values()])
-        if domain is None or len(every) == 0:
-            return None
-        known = np.isfinite(domain.high)
-        return np.where(known, domain.low, every.min(axis=0) - _AROUND), np.where(known, domain.high, every.max(axis=0) + _AROUND)
+    def _lumen_text(self) -> str:
+        """What is told of a lumen that is not known."""
+        if self._lumen is not None or self._state is not None:
+            return ""
+        size = None if self._box is None else " x ".join(f"{x:.4g}" for x in self._box[2])
+        return (f"{self._place}: without the case (config, --case) the lumen is taken to be "
+                + (f"a box of {size} µm, periodic along x, y and z" if size else "a box around the cells, not periodic"))
 
-    def _assumed_lumen(self) -> Lumen:
-        """The box that save() writes without a case."""
-        box = self._periodic_box()
-        if box is not None:
-            return Lumen(*box, box[1] - box[0], None, None)
-        every = np.concatenate([cells.reshape(-1, 3) for cells in self._vertices.values()])
-        return Lumen(every.min(axis=0) - _AROUND, every.max(axis=0) + _AROUND, np.zeros(3), None, None)
-
-    def _tell_outside(self, lumen: RunLumen) -> None:
-        """Warns of cells far out of it."""
-        for name, cells in self._vertices.items():
-            wall = None
-            if lumen.has_wall and len(cells):
-                wall = np.concatenate([lumen.distances(some.reshape(-1, 3)).reshape(len(some), -1).min(axis=1)
-                                       for some in np.array_split(cells, -(-len(cells) // _CELLS_AT_ONCE))])
-            if len(cells) and warned_outside(lumen, self.step, name, cells.mean(axis=1), wall):
-                return
+    def _lumen_of_library(self) -> Any:
+        return None if self._lumen is None else self._lumen.of_library
 
     def _kinds(self) -> List[Tuple[Any, ...]]:
         """Of each species: name, template, rigid fits, and the membranes in their frames."""
-        first = np.concatenate([[0], np.cumsum(list(self.counts.values()))])
+        first = np.cumsum([0, *self.counts.values()])
         kinds = []
         for i, (name, cells) in enumerate(self._vertices.items()):
             own = slice(first[i], first[i + 1])
             body = np.einsum("nvi,nij->nvj", cells - self.positions[own, None], self._matrices[own])
             kinds.append((name, *self._templates[name], self.positions[own], self.rotations[own], body))
         return kinds
-
-    def _lumen_of_library(self) -> Any:
-        return None if self._lumen is None else self._lumen.of_library
-
-    def _write_state(self, file: "str | os.PathLike[str]") -> None:
-        origin = f"iteration {self.step.iteration}, cells as they were"
-        _packmesh.save_cells(os.fspath(file), origin, self._kinds(), self._lumen_of_library(), self._periodic_box())
-
-    def _numbers(self, setting: str) -> Any:
-        """These cells in place of a state."""
-        box = self._periodic_box() if self._lumen is None else None
-        return _packmesh.numbers_of_cells(setting, self._kinds(), self._lumen_of_library(), None if box is None else (*box, box[1] - box[0]))
-
-    def cells_file(self) -> PackingFile:
-        """The cells as exports read them."""
-        return _StepCells(self)
 
     def to_meshio(self) -> Any:
         """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
@@ -242,87 +241,6 @@ class DeformedPacking(CellPacking):
     def to_pyvista(self) -> Any:
         """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
         return convert.to_pyvista(self)
-
-    def _template_of(self, name: str, folder: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
-        found, size = _packmesh.cell_template(name, folder, self.step.dx), self._vertices[name].shape[1]
-        if found is None or (len(self._vertices[name]) and len(found[0]) != size):
-            raise InputError(f"{self.step.folder}: the cells {name} have {size} vertices; their template "
-                             + ("is not known" if found is None else f"has {len(found[0])}") + "; expected its XML file beside config.xml")
-        return found
-
-
-class LoadedPacking(DeformedPacking):
-    """The cells of a run that were saved as a state: without the run and its case."""
-
-    step = None  # type: ignore[assignment]
-
-    def __init__(self, name: str) -> None:
-        """Raises InputError"""
-        self._file, self._source = PackingFile(name), StateFile(name)
-        kinds = enumerate(self._file.kinds)
-        self._vertices = {kind.name: self._file.membranes(i, self._file.of(i)) for i, kind in kinds}
-        self._templates = {kind.name: (kind.vertices, kind.triangles) for kind in self._file.kinds}
-        self._fit()
-
-    def __getstate__(self) -> Dict[str, Any]:
-        return vars(self)
-
-    def __setstate__(self, state: Dict[str, Any]) -> None:
-        vars(self).update(state)
-
-    @property
-    def hematocrit(self) -> float:
-        raise InputError(f"{self._file.path}: has no case, to whose lumen a hematocrit refers; packmesh.check(file, case=...) refers to that of a case")
-
-    def check(self) -> DeformedCheck:
-        types = [(vertices, self._templates[name][1]) for name, vertices in self._vertices.items() if len(vertices)]
-        lumen = self._file.lumen
-        overlapping, themselves = faults_of_membranes(types, np.zeros(3) if lumen is None else lumen.period)
-        return DeformedCheck(overlapping, None, themselves)
-
-    def save(self, file: "str | os.PathLike[str]") -> None:
-        self._source.write(os.fspath(file))
-
-    def _tell_lumen(self) -> None:
-        """It is that of the state."""
-
-    def _numbers(self, setting: str) -> Any:
-        lumen = self._file.lumen
-        box = None if lumen is None else (lumen.low, lumen.high, lumen.period)
-        return _packmesh.numbers_of_cells(setting, self._kinds(), None, box)
-
-    def cells_file(self) -> PackingFile:
-        return self._file
-
-
-class _StepCells(PackingFile):
-    """What exports read."""
-
-    def __init__(self, packing: DeformedPacking) -> None:
-        self._packing, self.path = packing, packing.step.folder
-        self.species, self.positions = packing.species, packing.positions
-        self.orientations = np.roll(packing.rotations, 1, axis=1)
-        self.columns, self.finished, self.of_run, self.faults = {}, False, True, Faults([], [], [])
-        self.deformed = np.ones(len(self.species), bool)
-        self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
-        lumen = packing._lumen
-        self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, *(lumen.surface or (None, None)))
-
-    def require_lumen(self) -> Lumen:
-        """That of the state that save() writes. Without a case a box, with a warning"""
-        if self.lumen is None:
-            self._packing._tell_lumen()
-            self.lumen = self._packing._assumed_lumen()
-        return self.lumen
-
-    def meshes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
-        """In the frames of the rigid fits."""
-        cells = np.asarray(cells, int)
-        return np.einsum("nvi,nij->nvj", self.membranes(kind, cells) - self.positions[cells, None], self._packing._matrices[cells])
-
-    def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
-        """The deformed ones."""
-        return self._packing.vertices(self.kinds[kind].name)[np.asarray(cells) - int(np.searchsorted(self.species, kind))]
 
 
 def rigid_fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:

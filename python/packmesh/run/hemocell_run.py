@@ -14,10 +14,11 @@ from packmesh.base.files import existing
 from packmesh.errors import InputError
 from packmesh.run import block_files, cell_csv
 from packmesh.run.block_files import BlockFile, Layout, RunFolder
+from packmesh.run.case_file import config_of, number_in_case
 from packmesh.run.cell_csv import CellTable
 from packmesh.run.fluid_files import fluid_domain
 from packmesh.run.joined_cells import LARGEST_EXACT_ID, Advance, Copies, Domain, Joined, joined, period_of
-from packmesh.run.lumen import config_of, number_in_case
+from packmesh.run.lumen import RunLumen
 
 if TYPE_CHECKING:
     from packmesh.run.deformed_packing import DeformedPacking
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("packmesh")
 
 
-def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Optional[Sequence[float]] = None) -> "Run":
+def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Optional[Sequence[float]] = None) -> Run:
     """Reads the output folder of a HemoCell run, which contains the folder hdf5. Nothing but names is read yet.
 
     config: config.xml of the case, or its folder: for the density of the fluid, by which forces in lattice units become pN, and for the templates
@@ -64,23 +65,23 @@ class Run:
     def __len__(self) -> int:
         return len(self._steps)
 
-    def __iter__(self) -> Iterator["Step"]:
+    def __iter__(self) -> Iterator[Step]:
         return (self.at(iteration) for iteration in self._steps)
 
     @overload
-    def __getitem__(self, index: int) -> "Step": ...
+    def __getitem__(self, index: int) -> Step: ...
     @overload
-    def __getitem__(self, index: slice) -> List["Step"]: ...
+    def __getitem__(self, index: slice) -> List[Step]: ...
 
-    def __getitem__(self, index: Union[int, slice]) -> Union["Step", List["Step"]]:
+    def __getitem__(self, index: Union[int, slice]) -> Union[Step, List[Step]]:
         chosen = self.iterations[index]
         return [self.at(one) for one in chosen] if isinstance(chosen, list) else self.at(chosen)
 
-    def packing(self) -> "DeformedPacking":
+    def packing(self) -> DeformedPacking:
         """The cells of the last step as a packing."""
         return self[-1].packing()
 
-    def at(self, iteration: int) -> "Step":
+    def at(self, iteration: int) -> Step:
         """The step of an iteration. Raises InputError if it was not written"""
         if iteration not in self._steps:
             raise InputError(f"{self.folder}: there is no step of iteration {iteration}; there are {len(self)} from "
@@ -141,7 +142,7 @@ class Step:
         return f"<packmesh.Step: iteration {self.iteration} of {self.run.folder}>"
 
     @property
-    def pre_inlet(self) -> Optional["Step"]:
+    def pre_inlet(self) -> Optional[Step]:
         """The cells of the pre-inlet, in its own frame; None without one."""
         if self._inlet:
             return None
@@ -261,7 +262,7 @@ class Step:
             raise InputError(f"{self._place(name)}: has forces in lattice units; state config, whose <rhoP> converts them")
         return self.data(name, "Total force") * unit
 
-    def packing(self, config: Optional[Path] = None) -> "DeformedPacking":
+    def packing(self, config: Optional[Path] = None) -> DeformedPacking:
         """The cells as a packing, whose membranes are deformed; needs the C++ module.
 
         config: config.xml of the case, for its lumen and templates; default: that of the run, or else no lumen and HemoCell's
@@ -269,9 +270,29 @@ class Step:
 
         Raises InputError if the case has another lattice than the run
         """
-        from packmesh.run.deformed_packing import DeformedPacking
+        from packmesh.run.deformed_packing import DeformedPacking  # needs the C++ module, as RunLumen does
 
-        return DeformedPacking(self, self.run.config if config is None else config_of(config))
+        config = self.run.config if config is None else config_of(config)
+        lumen = None if config is None else RunLumen(config)
+        if lumen is not None:
+            lumen.require_run(self.run.folder, self.dx, self.fluid)
+        vertices = {name: self.vertices(name) for name in self.species_names}
+        folder = None if config is None else os.path.dirname(os.path.abspath(config))
+        templates = {name: self._template_of(name, folder, cells) for name, cells in vertices.items()}
+        if lumen is not None and self.fluid is None:
+            any(lumen.tells_outside(self.folder, name, cells.mean(axis=1), lumen.depth(cells)) for name, cells in vertices.items() if len(cells))
+        return DeformedPacking.of_step(self.folder, vertices, templates, self.period, f"iteration {self.iteration}, cells as they were", lumen,
+                                       None if self.domain is None else (self.domain.low, self.domain.high))
+
+    def _template_of(self, name: str, folder: Optional[str], cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Vertices [µm] and triangles. Raises InputError if it is not known, or another than that of the cells"""
+        from packmesh import _packmesh
+
+        found, size = _packmesh.cell_template(name, folder, self.dx), cells.shape[1]
+        if found is None or (len(cells) and len(found[0]) != size):
+            raise InputError(f"{self.folder}: the cells {name} have {size} vertices; their template "
+                             + ("is not known" if found is None else f"has {len(found[0])}") + "; expected its XML file beside config.xml")
+        return found
 
     @property
     def fluid(self) -> Optional[Domain]:

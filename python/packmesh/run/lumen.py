@@ -4,68 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import glob
 import itertools
-import math
+import logging
 import os
-import re
-import xml.etree.ElementTree
-from typing import TYPE_CHECKING, List, Optional, Set, Tuple, Union
+from typing import List, Optional, Tuple
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from packmesh.base.files import existing
 from packmesh.errors import InputError
+from packmesh.run.case_file import inflow_of, root_of
 from packmesh.run.joined_cells import Domain
 from packmesh.vessels.graph import components, pairs_of_cubes
 from packmesh.vessels.surface import caps_of, merged
-
-if TYPE_CHECKING:
-    from packmesh.run.hemocell_run import Step
 
 SAMPLES = 1 << 18  # points in the box around the lumen
 SECTORS_ALONG, SECTORS_AROUND = 6, 12
 
 _ROUNDING = 1e-5  # of lattice spacings
+FAR_OUT = 2.0  # cells that reach so far out of the lumen are not in it [lattice spacings]
 _AT_BORDER = 0.01  # ends of lumens are known up to this [lattice spacings]
 _CUT = 2  # most planes of solid nodes at the high ends of a vessel that a case with <blockSize> leaves out
 _FLAT = 1e-3  # least distance from a face of the box of what is not part of an end there [µm]
+_CELLS_AT_ONCE = 1024
 _CUBES = 1 << 21  # most cubes of the box around a vessel that is divided into branches
+_log = logging.getLogger("packmesh")
 _STEPS = (3, 4, 5)  # lengths of the steps to the 6, 12 and 8 neighbours of a cube, thirds of its edge (chamfer distance of Borgefors, 1986)
+
+
+def is_red(name: str) -> bool:
+    return "RBC" in name
 
 
 class OtherCaseError(InputError):
     """The case is not that of the run."""
-
-
-def config_of(case: "Union[None, str, os.PathLike[str]]") -> Optional[str]:
-    """Of a case: config.xml, or its folder."""
-    if case is None:
-        return None
-    name = os.fspath(case)
-    return os.path.join(name, "config.xml") if os.path.isdir(name) else existing(name)
-
-
-def root_of(config: str) -> xml.etree.ElementTree.Element:
-    """Of config.xml. Raises InputError"""
-    try:
-        return xml.etree.ElementTree.parse(config).getroot()
-    except (OSError, ValueError, xml.etree.ElementTree.ParseError) as error:
-        raise InputError(f"{config}: cannot be read: {error}") from None
-
-
-def number_in_case(config: str, tag: str) -> Optional[float]:
-    """That of a tag such as domain/rhoP, None without it. Raises InputError"""
-    text = root_of(config).findtext(tag)
-    try:
-        value = None if text is None else float(text)
-    except ValueError:
-        value = math.nan
-    if value is not None and not 0 <= value < 1e30:
-        raise InputError(f"{config}: <{tag.split('/')[-1]}>: expected a number that is not negative, found '{text.strip()}'")
-    return value
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -108,7 +81,7 @@ class RunLumen:
         self.low, self.high = (np.array(corner) for corner in self._lumen.bounds)
         self.period = np.array(self._lumen.period)
         self.flow_axis = int(np.argmax(np.where(self.period > 0, 1e12, 1) * (self.high - self.low)))
-        inflow = None if root_of(config).find("preInlet") is None else _inflow_of(config)
+        inflow = None if root_of(config).find("preInlet") is None else inflow_of(config)
         openings = [] if inflow is None else self._openings()
         self.outlets = [end for end in openings if (end.axis, end.side) != inflow]
         self._inlets = [end for end in openings if (end.axis, end.side) == inflow]
@@ -147,19 +120,18 @@ class RunLumen:
         """Vertices [µm] and triangles of its wall, None without one."""
         return self._lumen.surface if self.has_wall else None
 
-    def require_run(self, step: "Step") -> None:
-        """Raises OtherCaseError if the lattice of a step is not that of the case: its spacing and, where the fluid was written, its nodes."""
-        if abs(self._dx / step.dx - 1) > _ROUNDING:
-            raise OtherCaseError(f"{self.config}: its dx is {self._dx:g} µm, that of the run {step.run.folder} {step.dx:g} µm; expected the case "
-                                 "of the run")
-        if step.fluid is None:
+    def require_run(self, folder: str, dx: float, fluid: Optional[Domain]) -> None:
+        """Raises OtherCaseError if the lattice of a run is not that of the case: its spacing [µm] and, where the fluid was written, its nodes."""
+        if abs(self._dx / dx - 1) > _ROUNDING:
+            raise OtherCaseError(f"{self.config}: its dx is {self._dx:g} µm, that of the run {folder} {dx:g} µm; expected the case of the run")
+        if fluid is None:
             return
-        nodes, size = self._lumen.nodes, np.rint(step.fluid.size / step.dx).astype(int)
+        nodes, size = self._lumen.nodes, np.rint(fluid.size / dx).astype(int)
         if nodes is not None and not np.all((size <= nodes) & (nodes - size <= self._left_out())):
-            raise OtherCaseError(f"{self.config}: its lattice has {nodes[0]} x {nodes[1]} x {nodes[2]} nodes, that of the run {step.run.folder} "
+            raise OtherCaseError(f"{self.config}: its lattice has {nodes[0]} x {nodes[1]} x {nodes[2]} nodes, that of the run {folder} "
                                  f"{size[0]} x {size[1]} x {size[2]}; expected the case of the run")
         if nodes is None:
-            self._require_inside(step, step.fluid)
+            self._require_inside(folder, dx, fluid)
 
     def _left_out(self) -> int:
         """Most planes of nodes at the high ends that a run of the case need not have."""
@@ -167,13 +139,22 @@ class RunLumen:
         sparse = not (root.findtext("domain/blockSize") or "0").strip().startswith(("-", "0"))
         return _CUT if sparse and root.find("domain/geometry") is not None else 0
 
-    def _require_inside(self, step: "Step", fluid: "Domain") -> None:
+    def _require_inside(self, folder: str, dx: float, fluid: Domain) -> None:
         """Where the case does not tell the lattice, the library demands that the lumen extends at most a node beyond it, and has its period."""
         for k, axis in enumerate("xyz"):
-            low, high = (self.low[k] - fluid.low[k]) / step.dx, (fluid.high[k] - self.high[k]) / step.dx
+            low, high = (self.low[k] - fluid.low[k]) / dx, (fluid.high[k] - self.high[k]) / dx
             if not (abs(low + high) < _AT_BORDER if self.period[k] > 0 else min(low, high) > -1 - _AT_BORDER):
                 raise OtherCaseError(f"{self.config}: its lumen reaches from {axis} = {self.low[k]:g} to {self.high[k]:g} µm, the nodes of the run "
-                                     f"{step.run.folder} from {fluid.low[k]:g} to {fluid.high[k]:g} µm; expected the case of the run")
+                                     f"{folder} from {fluid.low[k]:g} to {fluid.high[k]:g} µm; expected the case of the run")
+
+    def tells_outside(self, place: str, name: str, centers: np.ndarray, wall: Optional[np.ndarray]) -> bool:
+        """Whether it warns of cells far out of it: reach(). place: of the step"""
+        reach = self.reach(centers, wall)
+        outside = int(np.sum(reach > FAR_OUT * self._dx))
+        if outside:
+            _log.warning(f"{place}: {outside} of {len(reach)} cells {name} reach up to {reach.max():.3g} µm out of the lumen of {self.config}; "
+                         "is it the case of the run?")
+        return outside > 0
 
     def reach(self, centers: np.ndarray, wall: Optional[np.ndarray]) -> np.ndarray:
         """How far cells reach out of the lumen [µm], negative inside, shape (N,). centers: [µm], shape (N, 3); wall: least distances of their
@@ -191,6 +172,13 @@ class RunLumen:
     def distances(self, points: np.ndarray) -> np.ndarray:
         """To the wall, positive inside [µm], shape (n,). points: [µm], shape (n, 3)"""
         return self._lumen.distances(self.wrapped(points))
+
+    def depth(self, vertices: np.ndarray) -> Optional[np.ndarray]:
+        """Least distance of the vertices of each cell to the wall [µm], None without one. vertices: [µm], shape (N, V, 3)"""
+        if not self.has_wall:
+            return None
+        return np.concatenate([self.distances(some.reshape(-1, 3)).reshape(len(some), -1).min(axis=1)
+                               for some in np.array_split(vertices, -(-len(vertices) // _CELLS_AT_ONCE))])
 
     def violations(self, vertices: np.ndarray, triangles: np.ndarray) -> "list[tuple[int, str]]":
         """Numbers of the cells that are not wholly inside, and why not, by the exact test. vertices: [µm], shape (N, V, 3)"""
@@ -251,18 +239,6 @@ class Branches:
         """Numbers of the parts of points [µm], shape (n,)."""
         at = np.clip(((points - self._low) / self._edge).astype(int), 0, self._shape - 1)
         return self._part[np.ravel_multi_index(tuple(at.T), tuple(self._shape))]
-
-
-def _inflow_of(config: str) -> Optional[Tuple[int, int]]:
-    """Axis and side of the pre-inlet in the C++ code beside a case; None if it does not state one."""
-    stated: Set[Tuple[str, str]] = set()
-    for name in glob.glob(os.path.join(glob.escape(os.path.dirname(os.path.abspath(config))), "*.cpp")):
-        with open(name, encoding="utf-8", errors="replace") as file:
-            stated.update(re.findall(r"^[^/\n]*Direction::([XYZ])(neg|pos)", file.read(), re.M))
-    if len(stated) != 1:
-        return None
-    axis, side = stated.pop()
-    return "XYZ".index(axis), -1 if side == "neg" else 1
 
 
 def _openings_of(vertices: np.ndarray, triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> List[Opening]:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from packmesh.cells.shapes import Shapes, joined_shapes, points_of, shapes_of, volume_in_layers, volume_points
 from packmesh.errors import InputError
 from packmesh.run.fluid_files import flow_rates
-from packmesh.run.lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen
+from packmesh.run.hemocell_run import Step
+from packmesh.run.lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen, is_red
 from packmesh.run.overlaps import membrane_faults
-
-if TYPE_CHECKING:
-    from packmesh.run.hemocell_run import Step
 
 LAYER = 0.5  # width of the layers along the axis and by distance to the wall [µm]
 _AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wall [lattice spacings]
@@ -24,7 +22,6 @@ _FEWEST_POINTS, _MOST_POINTS = 30, 3000  # per cell
 _LEAST_ELONGATION = 0.02  # of cells whose longest axis has a direction
 _AT_OUTLET = 4.0  # cells that HemoCell deletes at an outlet, whose nodes it counts as solid, reach so near to the end [lattice spacings],
 _FASTER = 2.0  # or as near as they come until the next step when they move so much faster than before
-FAR_OUT = 2.0  # cells that reach so far out of the lumen are not in it [lattice spacings]
 _log = logging.getLogger("packmesh")
 
 Advance = Callable[[int], None]
@@ -53,20 +50,6 @@ class OfSpecies:
     largest_force: Optional[float]
 
 
-def is_red(name: str) -> bool:
-    return "RBC" in name
-
-
-def warned_outside(lumen: RunLumen, step: Step, name: str, centers: np.ndarray, wall: Optional[np.ndarray]) -> bool:
-    """Warns of cells that are far out of the lumen: RunLumen.reach()"""
-    reach = lumen.reach(centers, wall)
-    outside = int(np.sum(reach > FAR_OUT * step.dx))
-    if outside:
-        _log.warning(f"{step.folder}: {outside} of {len(reach)} cells {name} reach up to {reach.max():.3g} µm out of the lumen of {lumen.config}; "
-                     "is it the case of the run?")
-    return outside > 0
-
-
 class RunAnalysis:
     """Steps are analysed one after the other; losses and drifts refer to those before.
 
@@ -92,7 +75,7 @@ class RunAnalysis:
     def analyse(self, step: Step, progress: Advance = lambda cells: None) -> Dict[str, Any]:
         """The figures of a step, as the page has them. Raises InputError"""
         if self.lumen is not None:
-            self.lumen.require_run(step)
+            self.lumen.require_run(step.run.folder, step.dx, step.fluid)
         self._require_same_lattice(step)
         profiles = _Profiles(self.lumen, step)
         found = {name: self._species(step, name, profiles, progress) for name in step.species_names}
@@ -113,7 +96,8 @@ class RunAnalysis:
             "selfIntersecting": None}
         figures.update(profiles.fractions(self._layers() if self.lumen else None))
         if self.overlaps:
-            faults = membrane_faults(step, [name for name in step.species_names if step.has_triangles(name)], progress)
+            kinds = {name: (step.joined(name), step.triangles(name)) for name in step.species_names if step.has_triangles(name)}
+            faults = membrane_faults(kinds, step.period, progress)
             if all(map(step.has_triangles, step.species_names)):
                 figures["overlaps"], figures["selfIntersecting"] = len(faults.overlapping), len(faults.self_intersecting)
             figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in faults.overlapping[:20]]
@@ -142,7 +126,7 @@ class RunAnalysis:
         if self.lumen is None or self._told_outside:
             return
         for name, one in found.items():
-            self._told_outside |= warned_outside(self.lumen, step, name, one.shapes.center, one.wall)
+            self._told_outside |= self.lumen.tells_outside(step.folder, name, one.shapes.center, one.wall)
 
     def _species(self, step: Step, name: str, profiles: "_Profiles", progress: Advance) -> OfSpecies:
         cells = step.joined(name, progress)

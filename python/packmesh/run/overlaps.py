@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import tempfile
-from typing import TYPE_CHECKING, Any, Callable, List, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from packmesh.run.hemocell_run import Step
+from packmesh.run.joined_cells import Joined
 
 CELLS_AT_ONCE = 1000
 
@@ -29,16 +28,18 @@ class MembraneFaults:
     self_intersecting: List[Cell]
 
 
-def membrane_faults(step: Step, names: Sequence[str], progress: Callable[[int], None] = lambda cells: None) -> MembraneFaults:
-    """The test is exact for the positions as HemoCell wrote them, in single precision. Raises ImportError without the C++ module"""
+def membrane_faults(kinds: Mapping[str, Tuple[Joined, np.ndarray]], period: np.ndarray,
+                    progress: Callable[[int], None] = lambda cells: None) -> MembraneFaults:
+    """The test is exact for the positions as HemoCell wrote them, in single precision. kinds: cells of a type, and triangles; period: [µm], 0 along
+    axes without one. Raises ImportError without the C++ module"""
     from packmesh import _packmesh
 
-    names = [name for name in names if len(step.joined(name).cells)]
+    names = [name for name, (joined, _) in kinds.items() if len(joined.cells)]
     if not names:
         return MembraneFaults([], [])
-    period = np.zeros(3) if step.domain is None else step.domain.size
     with tempfile.TemporaryFile() as file:
-        tables = [(table, step.joined(name).scale, step.triangles(name)) for name, table in zip(names, _tables(step, names, file))]
+        some = [kinds[name] for name in names]
+        tables = [(table, joined.scale, triangles) for (joined, triangles), table in zip(some, _tables([joined for joined, _ in some], file))]
         meshes = _packmesh.Meshes(tables, period)
         first = np.concatenate([[0], np.cumsum([len(table) for table, _, _ in tables])])
         pairs, crossed = set(), set()
@@ -67,12 +68,11 @@ def faults_of_membranes(types: Sequence[Tuple[np.ndarray, np.ndarray]], period: 
     return sorted(set(overlapping)), themselves
 
 
-def _tables(step: Step, names: Sequence[str], file: Any) -> List[np.ndarray]:
+def _tables(kinds: List[Joined], file: Any) -> List[np.ndarray]:
     """The vertices of all cells in a file, as written, one table for each type."""
     tables: List[np.ndarray] = []
     offset = 0
-    for name in names:
-        cells = step.joined(name)
+    for cells in kinds:
         table = np.memmap(file, np.float32, "r+" if offset else "w+", offset, (len(cells.cells), cells.layout.vertices, 3))
         for chosen, rows in cells.chunks():
             table[chosen] = rows

@@ -5,16 +5,15 @@ from __future__ import annotations
 import base64
 import struct
 import zlib
-from typing import TYPE_CHECKING, Any, Optional, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 
 from packmesh.io.packing_file import matrices_of
 from packmesh.show.plot import COLOURS
 
-if TYPE_CHECKING:
-    from packmesh.cells.cells import CellPacking
-
+#: Name, vertices of the template [µm] and triangles, and the membranes if cells have meshes of their own.
+Kind = Tuple[str, Tuple[np.ndarray, np.ndarray], Optional[np.ndarray]]
 WIDTH, HEIGHT, MARGIN = 600, 420, 0.03
 POINTS_PER_PIXEL = 1.4  # of a membrane that is seen from the front, in each direction
 AT_A_TIME = 400_000  # points
@@ -128,24 +127,22 @@ class Canvas:
         return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b"")
 
 
-def picture_of(packing: "CellPacking") -> Optional[str]:
-    """The cells of this rank as a PNG in a data: URL; None without cells."""
-    if len(packing) == 0:
+def picture_of(kinds: Sequence[Kind], species: np.ndarray, positions: np.ndarray, rotations: np.ndarray) -> Optional[str]:
+    """Cells as a PNG in a data: URL; None without cells. species: indices into kinds, ascending; rotations: quaternions x, y, z, w"""
+    if len(positions) == 0:
         return None
-    templates = [packing.template(name) for name in packing.species_names]
-    reach = np.array([np.linalg.norm(vertices, axis=1).max() for vertices, _ in templates])[packing.species][:, None]
-    low, high = (packing.positions - reach).min(axis=0), (packing.positions + reach).max(axis=0)
+    reach = np.array([np.linalg.norm(vertices, axis=1).max() for _, (vertices, _), _ in kinds])[species][:, None]
+    low, high = (positions - reach).min(axis=0), (positions + reach).max(axis=0)
     camera = directions(high - low)
-    centres = (packing.positions @ camera.T).astype(np.float32)
+    centres = (positions @ camera.T).astype(np.float32)
     canvas = Canvas((centres[:, :2] - reach).min(axis=0), (centres[:, :2] + reach).max(axis=0))
-    turned = (camera @ matrices_of(np.asarray(packing.rotations))).astype(np.float32)
+    turned = (camera @ matrices_of(np.asarray(rotations))).astype(np.float32)
     spacing = canvas.pixel / POINTS_PER_PIXEL
-    surfaces = [points_on(*template, spacing) for template in templates]
-    membranes = [packing.vertices(name) if packing.deformed else None for name in packing.species_names]
-    number_of = np.arange(len(packing)) - np.searchsorted(packing.species, packing.species)  # within the species
-    colours = [colour_of(name, number) for number, name in enumerate(packing.species_names)]
+    surfaces = [points_on(*template, spacing) for _, template, _ in kinds]
+    number_of = np.arange(len(positions)) - np.searchsorted(species, species)  # within the species
+    colours = [colour_of(name, number) for number, (name, _, _) in enumerate(kinds)]
     order = np.argsort(-centres[:, 2])  # from the nearest on: most points of those behind are not needed
-    species = packing.species[order]
+    species = species[order]
     while len(order):
         kind = int(species[0])
         points, normals = surfaces[kind]
@@ -153,12 +150,12 @@ def picture_of(packing: "CellPacking") -> Optional[str]:
         cells = order[chosen]
         order, species = np.delete(order, chosen), np.delete(species, chosen)
         seen = cells[~canvas.covers(centres[cells], float(reach[cells[0], 0]))]
-        own = membranes[kind]
+        _, (_, triangles), own = kinds[kind]
         if own is None:
             draw(canvas, centres[seen], turned[seen], points, normals, colours[kind], seen)
             continue
         for cell in seen:
-            surface = points_on(own[number_of[cell]] @ camera.T, templates[kind][1], spacing)
+            surface = points_on(own[number_of[cell]] @ camera.T, triangles, spacing)
             draw(canvas, np.zeros((1, 3), np.float32), np.eye(3, dtype=np.float32)[None], *surface, colours[kind], np.array([cell]))
     return "data:image/png;base64," + base64.b64encode(canvas.png()).decode()
 
