@@ -450,7 +450,6 @@ PYBIND11_MODULE(_packmesh, module) {
   addPacking(module);
   addRunAnalysis(module);
   module.def("version", &version);
-  module.def("git_hash", &gitHash);
   module.def("pack", &pack);
   module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
   module.def("is_of_run", &isOfRun);

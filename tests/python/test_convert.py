@@ -8,7 +8,6 @@ import pytest
 from conftest import refused
 
 import packmesh
-from packmesh.cells import convert
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +32,7 @@ def test_meshio(packing, tmp_path):
 
 
 def test_placements(packing):
-    placements = convert.matrices(packing)
+    placements = packing._placements()
     vertices = packing.template("PLT")[0]
     placed = np.einsum("nij,vj->nvi", placements[6:, :3, :3], vertices) + placements[6:, None, :3, 3]
     np.testing.assert_allclose(placed, packing.vertices("PLT"), rtol=0, atol=1e-12)

@@ -2,6 +2,7 @@
 """What a packing returns."""
 import json
 import logging
+import pathlib
 
 import numpy as np
 import pytest
@@ -24,6 +25,12 @@ def test_arrays(packing):
     assert packing.species.shape == (count,) and packing.species.dtype == np.int32
     assert [int(np.sum(packing.species == s)) for s in (0, 1)] == list(packing.counts.values())
     assert "RBC" in repr(packing)
+
+
+def test_no_module_has_the_name_of_a_function():
+    """The import of packmesh.new_case would put the module in place of the function."""
+    modules = {path.stem for path in pathlib.Path(packmesh.__file__).parent.iterdir()}
+    assert not modules & set(packmesh.__all__)
 
 
 def test_views_keep_the_cells_and_are_read_only():

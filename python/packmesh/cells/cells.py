@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Cells by species, and pictures of them: what packings of undeformed and of deformed cells have in common."""
+"""Cells by species, pictures of them, and objects of other packages: what packings of undeformed and of deformed cells have in common."""
 from __future__ import annotations
 
 import html
+import importlib
 from typing import TYPE_CHECKING, Any, Dict, List, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
 from packmesh.errors import UnknownCellsError
+from packmesh.io.packing_file import matrices_of
 from packmesh.show.picture import picture_of
 
 Floats = npt.NDArray[np.float64]
@@ -134,3 +136,64 @@ class CellPacking:
         if name not in names:
             raise UnknownCellsError(f"there are no cells {name!r}; expected one of {', '.join(names)}")
         return names.index(name)
+
+    def to_meshio(self) -> Any:
+        """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
+        meshio = _module("meshio")
+        points, triangles, species, cells = self._surfaces()
+        return meshio.Mesh(points, [("triangle", triangles)], cell_data={"species": [species], "cell": [cells]})
+
+    def to_trimesh(self) -> Any:
+        """A trimesh.Scene: the template of each species, and a node for each cell; the membrane of each if some are deformed."""
+        trimesh = _module("trimesh")
+        scene = trimesh.Scene()
+        placements = self._placements()
+        for name in self.species_names:
+            vertices, triangles = self.template(name)
+            numbers = self[name].numbers
+            if self.deformed:
+                for number, membrane in zip(numbers, self.vertices(name)):
+                    scene.add_geometry(trimesh.Trimesh(vertices=membrane, faces=triangles, process=False), geom_name=f"{name}_{number}",
+                                       node_name=f"{name}_{number}")
+                continue
+            mesh = trimesh.Trimesh(vertices=vertices, faces=triangles, process=False)
+            for number in numbers:
+                scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number - self._first_number])
+        return scene
+
+    def to_pyvista(self) -> Any:
+        """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
+        pyvista = _module("pyvista")
+        points, triangles, species, cells = self._surfaces()
+        mesh = pyvista.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
+        mesh.cell_data["species"], mesh.cell_data["cell"] = species, cells
+        return mesh
+
+    def _surfaces(self) -> Tuple[Floats, Integers, Integers, Integers]:
+        """All membranes: vertices (V, 3) [µm], triangles (T, 3); species and number of the cell of each triangle (T,)."""
+        points, triangles, species, cells = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty(0, int)], [np.empty(0, int)]
+        first = 0
+        for index, name in enumerate(self.species_names):
+            vertices = self.vertices(name)
+            corners = self.template(name)[1]
+            count, size = vertices.shape[:2]
+            points.append(vertices.reshape(-1, 3))
+            triangles.append((corners[None] + first + size * np.arange(count)[:, None, None]).reshape(-1, 3))
+            species.append(np.full(count * len(corners), index))
+            cells.append(np.repeat(self[name].numbers, len(corners)))
+            first += count * size
+        return np.concatenate(points), np.concatenate(triangles), np.concatenate(species), np.concatenate(cells)
+
+    def _placements(self) -> Floats:
+        """Of the cells, shape (N, 4, 4): homogeneous coordinates [µm]."""
+        found = np.tile(np.eye(4), (len(self), 1, 1))
+        found[:, :3, :3], found[:, :3, 3] = matrices_of(self.rotations), self.positions
+        return found
+
+
+def _module(name: str) -> Any:
+    """A package that need not be installed otherwise."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ImportError(f"to_{name}() needs the Python package {name} (pip install {name})") from error

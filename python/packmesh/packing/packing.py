@@ -19,7 +19,6 @@ from packmesh.base import files
 from packmesh.base.arguments import Path, address, file_name, flag, listed, plain
 from packmesh.base.files import existing
 from packmesh.base.values import ByValue
-from packmesh.cells import convert
 from packmesh.cells.cells import CellPacking, Floats, Integers
 from packmesh.errors import InputError, OutputError
 from packmesh.export import growth_frames
@@ -409,18 +408,6 @@ class Packing(CellPacking):
         if failure is not None:
             raise failure
         return result
-
-    def to_meshio(self) -> Any:
-        """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
-        return convert.to_meshio(self)
-
-    def to_trimesh(self) -> Any:
-        """A trimesh.Scene: the template of each species, and a node for each cell; the membrane of each if some are deformed."""
-        return convert.to_trimesh(self)
-
-    def to_pyvista(self) -> Any:
-        """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
-        return convert.to_pyvista(self)
 
 
 def report_files(name: str) -> List[str]:

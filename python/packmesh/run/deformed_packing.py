@@ -14,7 +14,6 @@ import numpy as np
 from packmesh import _packmesh
 from packmesh.base.arguments import Path, flag
 from packmesh.base.values import ByValue
-from packmesh.cells import convert
 from packmesh.cells.cells import CellPacking
 from packmesh.cells.shapes import shapes_of
 from packmesh.errors import InputError
@@ -233,14 +232,6 @@ class DeformedPacking(CellPacking):
             body = np.einsum("nvi,nij->nvj", cells - self.positions[own, None], self._matrices[own])
             kinds.append((name, *self._templates[name], self.positions[own], self.rotations[own], body))
         return kinds
-
-    def to_meshio(self) -> Any:
-        """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
-        return convert.to_meshio(self)
-
-    def to_pyvista(self) -> Any:
-        """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
-        return convert.to_pyvista(self)
 
 
 def rigid_fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
