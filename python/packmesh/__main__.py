@@ -31,8 +31,7 @@ COMMANDS = {
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",
     "paraview-cells": "a picture of VTK files (packMesh --vtp) by ParaView; needs pvpython",
-    "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
-}
+    "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython"}
 
 #: Of those that other modules use, too; all others are in commands/.
 MODULES = {"view": "show.view", "plot": "show.plot", "growth_frames": "export.growth_frames", "cat_cells": "export.cat_cells", "surface": "io.mesh_file",

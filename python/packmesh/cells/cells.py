@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import importlib
-from typing import TYPE_CHECKING, Any, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -81,20 +81,15 @@ class CellPacking:
     _first_number = 0  # of the cells here among those of all ranks
     _comm: Any = None  # of ranks that share them
 
-    if TYPE_CHECKING:  # of those that derive from it
-        @property
-        def deformed(self) -> bool: ...
-        @property
-        def counts(self) -> Dict[str, int]: ...
-        @property
-        def species(self) -> Integers: ...
-        @property
-        def positions(self) -> Floats: ...
-        @property
-        def rotations(self) -> Floats: ...
-        def template(self, name: str) -> Tuple[Floats, Integers]: ...
-        def vertices(self, name: str) -> Floats: ...
-        def pos_lines(self, name: str) -> Floats: ...
+    # Of those that derive from it:
+    deformed: bool
+    counts: Dict[str, int]
+    species: Integers
+    positions: Floats
+    rotations: Floats
+    template: Callable[[str], Tuple[Floats, Integers]]
+    vertices: Callable[[str], Floats]
+    pos_lines: Callable[[str], Floats]
 
     def _is_deformed(self, name: str) -> bool:
         """Whether cells of a species have meshes of their own."""
