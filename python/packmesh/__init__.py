@@ -32,14 +32,15 @@ if _typing.TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
-           "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "MissingFileError", "NewCase", "OutputError", "Overlap", "Packing", "PackingWarning", "Profile", "Progress", "RankError",
-           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "new_case", "pack", "packing_of", "read_pos",
-           "realisations", "write_pos"]
+__all__ = [
+    "Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck", "DeformedPacking", "Error",
+    "Forecast", "HalfSpace", "InfeasibleError", "InputError", "InternalError", "Mesh", "Misplaced", "MissingFileError",
+    "NewCase", "OutputError", "Overlap", "Packing", "PackingWarning", "Profile", "Progress", "RankError", "Region",
+    "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load",
+    "new_case", "pack", "packing_of", "read_pos", "realisations", "write_pos"]
 
-_MODULES = ("errors", "run.hemocell_run", "packing.request", "io.pos", "cells.cells", "packing.packing", "base.progress", "packing.check", "packing.pack", "run.deformed_packing", "cases.new_case")
-
+_MODULES = ("errors", "run.hemocell_run", "packing.request", "io.pos", "cells.cells", "packing.packing", "base.progress",
+            "packing.check", "packing.pack", "run.deformed_packing", "cases.new_case")
 
 if not _typing.TYPE_CHECKING:  # names that are not there are errors to type checkers
 

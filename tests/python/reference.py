@@ -15,12 +15,14 @@ triangles of a template. Floats and Integers are arrays of NumPy; Number and Int
 GROUPS = {
     "Packing": ["pack", "packing_of", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region", "HalfSpace", "Beyond"],
-    "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
+    "Results": [
+        "Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Cases of HemoCell": ["new_case", "NewCase"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "PackingWarning", "RepairWarning"],
-}
+    "Errors": [
+        "Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError",
+        "InternalError", "PackingWarning", "RepairWarning"], }
 
 
 def signature(thing, name):

@@ -22,7 +22,7 @@ def test_arrays(packing):
     count = len(packing)
     assert count == sum(packing.counts.values()) and packing.species_names == ["RBC", "PLT"]
     assert packing.positions.shape == (count, 3) and packing.rotations.shape == (count, 4)
-    assert packing.species.shape == (count,) and packing.species.dtype == np.int32
+    assert packing.species.shape == (count, ) and packing.species.dtype == np.int32
     assert [int(np.sum(packing.species == s)) for s in (0, 1)] == list(packing.counts.values())
     assert "RBC" in repr(packing)
 
@@ -115,7 +115,7 @@ def test_gaps_are_measured_beyond_the_clearance(tmp_path):
         assert packing.check().certificate.minimum_gap == certificate.minimum_gap
         report = packing.report()
         assert report["certificate"]["gapsMeasuredUpTo"] == certificate.gaps_measured_up_to
-        (found,) = report["measures"]["gaps"]
+        (found, ) = report["measures"]["gaps"]
         assert sum(found["counts"]) + found["beyond"] == 14 and found["minimum"] == certificate.minimum_gap
         assert found["beyond"] == np.isinf(gaps).sum()
     packmesh.pack(clearance=1.5, **wide).write_report(tmp_path / "report.html")
@@ -144,7 +144,8 @@ def test_log(capfd, caplog):
     packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1)
     out = capfd.readouterr()
     assert out.out == out.err == ""
-    assert any("platelets is ignored: it belongs to hematocrit" == one.message and one.levelno == logging.WARNING for one in caplog.records)
+    assert any("platelets is ignored: it belongs to hematocrit" == one.message and one.levelno == logging.WARNING
+               for one in caplog.records)
     with caplog.at_level(logging.DEBUG, "packmesh"):
         packmesh.pack(box=(20, 20, 20), species={"RBC": 5})
     assert any("Certificate" in one.message and one.levelno == logging.INFO for one in caplog.records)
@@ -218,5 +219,6 @@ def test_profiles_and_discharge_hematocrit(tmp_path):
     assert developed.counts == uniform.counts
     lower = packmesh.pack(cylinder=pipe, discharge_hematocrit=0.3)
     assert lower.counts["RBC"] < packmesh.pack(cylinder=pipe, hematocrit=0.3).counts["RBC"]
-    refused("columns of equal length", lambda: packmesh.pack(cylinder=pipe, hematocrit=0.2, profile={"distance": [0, 1], "RBC": [1]}))
+    refused("columns of equal length",
+            lambda: packmesh.pack(cylinder=pipe, hematocrit=0.2, profile={"distance": [0, 1], "RBC": [1]}))
     refused("exclude each other", lambda: packmesh.pack(cylinder=pipe, hematocrit=0.2, discharge_hematocrit=0.2))

@@ -59,7 +59,8 @@ def check_includes():
     order = layers()
     faults.extend(f"docs/contributing.md lists {engine} after packMesh/packing, which calls it" for engine in ENGINES
                   if engine not in order[:order.index("packMesh/packing")])
-    folders = {folder_of(path) for path in sources()} | {f"python/{path.name}" for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    folders = {folder_of(path) for path in sources()} | {
+        f"python/{path.name}" for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
     for folder in sorted(folders - set(order)):
         faults.append(f"{folder} is missing in the layout of docs/contributing.md")
     for folder in sorted(set(order) - folders):
@@ -115,14 +116,17 @@ def imports(node, package):
 def check_python():
     order = {layer.removeprefix("python/"): number for number, layer in enumerate(layers()) if layer.startswith("python/")}
     order |= {"errors": -1, "_packmesh": -1}  # for all
-    paths = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in sorted(PACKAGE.rglob("*.py")) if path.name != "__init__.py"}
+    paths = {
+        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in sorted(PACKAGE.rglob("*.py"))
+        if path.name != "__init__.py"}
     uses = {}
     for name, path in paths.items():
         found = set(imports(ast.parse(path.read_text()), name.split(".")[:-1]))
-        uses[name] = {other for other in paths if other != name and any(one == other or one.startswith(other + ".") for one in found)}
+        uses[name] = {
+            other for other in paths if other != name and any(one == other or one.startswith(other + ".") for one in found)}
         own = order.get(name.split(".")[1], 1000)  # __main__ is below all
-        faults.extend(f"{path.relative_to(ROOT)} imports {one}, which is below it in docs/contributing.md" for one in sorted(found)
-                      if one.startswith("packmesh.") and order.get(one.split(".")[1], 1000) > own)
+        faults.extend(f"{path.relative_to(ROOT)} imports {one}, which is below it in docs/contributing.md"
+                      for one in sorted(found) if one.startswith("packmesh.") and order.get(one.split(".")[1], 1000) > own)
     require_no_circle(uses, "modules import each other")
 
 
@@ -142,8 +146,9 @@ def check_classes():
 
 
 def check_lengths():
-    lengths = {path: (ROOT / path).read_text().count("\n")
-               for path in [*sources(), *(p.relative_to(ROOT) for p in (ROOT / "python/src").glob("*") if p.suffix in {".h", ".cpp"})]}
+    lengths = {
+        path: (ROOT / path).read_text().count("\n")
+        for path in [*sources(), *(p.relative_to(ROOT) for p in (ROOT / "python/src").glob("*") if p.suffix in {".h", ".cpp"})]}
     faults.extend(f"{path} has {lines} lines, more than {MOST_LINES}" for path, lines in lengths.items() if lines > MOST_LINES)
     if len(lengths) > MOST_FILES or statistics.median(lengths.values()) < LEAST_MEDIAN:
         faults.append(f"{len(lengths)} files, half of them below {statistics.median(lengths.values())} lines: "
@@ -152,9 +157,10 @@ def check_lengths():
 
 def check_wing():
     names = re.compile(r"(?<![a-z])(growth|escape(?!d)|tetrahedr|tetgen|cat_?cells)", re.I)
-    lines = [f"{path.relative_to(ROOT)}:{number}" for top in ("packMesh", "hemocell_adapter", "python/src")
-             for path in sorted((ROOT / top).rglob("*")) if path.is_file() and "cat" not in path.relative_to(ROOT).parts
-             for number, line in enumerate(path.read_text().splitlines(), 1) if names.search(line)]
+    lines = [
+        f"{path.relative_to(ROOT)}:{number}" for top in ("packMesh", "hemocell_adapter", "python/src")
+        for path in sorted((ROOT / top).rglob("*")) if path.is_file() and "cat" not in path.relative_to(ROOT).parts
+        for number, line in enumerate(path.read_text().splitlines(), 1) if names.search(line)]
     if len(lines) > MOST_WING_LINES:
         faults.append(f"{len(lines)} lines outside of cat/ name its parts, more than {MOST_WING_LINES}: {', '.join(lines)}")
 

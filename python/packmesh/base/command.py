@@ -23,8 +23,9 @@ from packmesh.errors import Error, InfeasibleError, InputError, OutputError, Pac
 USAGE, REFUSED, INFEASIBLE, CANNOT_WRITE, UNUSABLE, INTERNAL, INTERRUPTED = 1, 2, 3, 5, 69, 70, 130
 
 #: Packages that commands need, as Debian calls them.
-PACKAGES = {"numpy": "python3-numpy", "scipy": "python3-scipy", "h5py": "python3-h5py", "jinja2": "python3-jinja2", "matplotlib": "python3-matplotlib",
-            "meshio": "python3-meshio", "vtkmodules": "python3-vtk9"}
+PACKAGES = {
+    "numpy": "python3-numpy", "scipy": "python3-scipy", "h5py": "python3-h5py", "jinja2": "python3-jinja2",
+    "matplotlib": "python3-matplotlib", "meshio": "python3-meshio", "vtkmodules": "python3-vtk9"}
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 
@@ -48,6 +49,7 @@ class Parser(argparse.ArgumentParser):
 
 def number(least: float, most: float, what: str) -> Callable[[str], float]:
     """Of an argument: `what` in a range."""
+
     def parsed(text: str) -> float:
         try:
             value = float(text)
@@ -56,11 +58,13 @@ def number(least: float, most: float, what: str) -> Callable[[str], float]:
         if not least <= value <= most:
             raise argparse.ArgumentTypeError(f"expected {what} from {least:g} to {most:g}, found '{text}'")
         return value
+
     return parsed
 
 
 def whole(least: int, most: int, what: str) -> Callable[[str], int]:
     """Of an argument: `what` in a range."""
+
     def parsed(text: str) -> int:
         try:
             value = int(text)
@@ -69,6 +73,7 @@ def whole(least: int, most: int, what: str) -> Callable[[str], int]:
         if not least <= value <= most:
             raise argparse.ArgumentTypeError(f"expected {what} from {least} to {most}, found '{text}'")
         return value
+
     return parsed
 
 

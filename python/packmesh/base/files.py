@@ -62,7 +62,8 @@ class ProgressBar:
     def _show(self) -> None:
         if self._shown:
             share = min(1.0, self._done / self._total) if self._total else 0.0
-            print(f"\r\x1b[K(packMesh) {self._text} [{'#' * round(30 * share):30}] {100 * share:3.0f} %", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K(packMesh) {self._text} [{'#' * round(30 * share):30}] {100 * share:3.0f} %", end="",
+                  file=sys.stderr, flush=True)
             self._time = time.monotonic()
 
     def clear(self) -> None:

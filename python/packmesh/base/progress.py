@@ -61,7 +61,8 @@ class ProgressDisplay:
         if self._output is not None:
             self._output.update(_rich(progress), raw=True)
         elif self._terminal:
-            print("\r\x1b[K" + fitting(f"(packMesh) {_bar(progress.share)}{progress.text}"), end="", file=sys.stderr, flush=True)
+            print("\r\x1b[K" + fitting(f"(packMesh) {_bar(progress.share)}{progress.text}"), end="", file=sys.stderr,
+                  flush=True)
         elif progress.seconds > self._last + PAUSE:
             self._last = progress.seconds
             print(f"(packMesh) {progress.text}", file=sys.stderr, flush=True)
@@ -74,8 +75,9 @@ def _bar(share: Optional[float]) -> str:
 def _rich(progress: Progress) -> "dict[str, str]":
     """For notebooks: HTML, and text for those that show none."""
     value = "" if progress.share is None else f' value="{progress.share:.3f}"'
-    return {"text/plain": _bar(progress.share) + progress.text,
-            "text/html": f"<progress{value} max='1' style='width: 12em'></progress> {html.escape(progress.text)}"}
+    return {
+        "text/plain": _bar(progress.share) + progress.text,
+        "text/html": f"<progress{value} max='1' style='width: 12em'></progress> {html.escape(progress.text)}"}
 
 
 def _notebook_output() -> Any:

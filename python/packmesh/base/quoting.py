@@ -16,7 +16,8 @@ def shell(word: str) -> str:
     """One word of bash, in one line."""
     if word.isprintable():
         return shlex.quote(word)
-    return "$'" + "".join(c if c.isprintable() and c not in "\\'" else "".join(f"\\x{byte:02x}" for byte in c.encode("utf-8", "surrogateescape"))
+    return "$'" + "".join(c if c.isprintable() and c not in "\\'" else "".join(f"\\x{byte:02x}"
+                                                                               for byte in c.encode("utf-8", "surrogateescape"))
                           for c in word) + "'"
 
 
@@ -32,4 +33,6 @@ def xml_comment(text: str) -> str:
 
 
 #: What becomes of the free text in a file, by the end of its name: it stands in comments alone, in Markdown in lines.
-FREE_TEXT: Dict[str, Callable[[str], str]] = {".xml": xml_comment, ".cpp": cpp_comment, ".sh": one_line, ".txt": one_line, ".md": one_line}
+FREE_TEXT: Dict[str,
+                Callable[[str],
+                         str]] = {".xml": xml_comment, ".cpp": cpp_comment, ".sh": one_line, ".txt": one_line, ".md": one_line}

@@ -18,8 +18,9 @@ _FAR = 1e12  # of the numbers of a plane
 _RANGES: Dict[str, Tuple[Union[int, float], Union[int, float], str]] = {
     "hematocrit": (0.0, 0.99, "a hematocrit"), "platelets": (0.0, 1e3, "a ratio"), "seed": (0, 2**63 - 1, "a seed"),
     "realisations": (1, 10_000, "a number"), "diameter": (0.1, 1e5, "a length [µm]"), "dx": (0.05, 5.0, "a length [µm]"),
-    "inlet": (1, 10**6, "a number of an end"), "close": (1, 10**6, "a number of an end"), "extend": (0.0, 100.0, "a length in diameters"),
-    "velocity": (1e-6, 1e6, "a velocity [mm/s]"), "shear_rate": (1e-6, 1e7, "a shear rate [1/s]"), "reynolds": (1e-9, 1e4, "a Reynolds number"),
+    "inlet": (1, 10**6, "a number of an end"), "close": (1, 10**6, "a number of an end"),
+    "extend": (0.0, 100.0, "a length in diameters"), "velocity": (1e-6, 1e6, "a velocity [mm/s]"),
+    "shear_rate": (1e-6, 1e7, "a shear rate [1/s]"), "reynolds": (1e-9, 1e4, "a Reynolds number"),
     "time": (1e-6, 1e6, "a time [ms]"), "ranks": (1, 10**6, "a number of ranks"), "cells": (1e-9, 1e3, "cells per red cell")}
 CHOICES: Dict[str, Sequence[str]] = {"unit": list(UNITS), "drive": ["periodic", "inlet"], "profile": ["developed"]}
 
@@ -36,15 +37,19 @@ def examined(given: Dict[str, Any], signature: inspect.Signature) -> Dict[str, A
     for name in ("soft", "pos", "mirror"):
         given[name] = flag(name, given[name])
     cells = mapping("cells", {} if given["cells"] is None else given["cells"], '{"WBC.xml": 0.001}')
-    given = {**given, "surface": file_name("surface", given["surface"]),
-             "close": [_number("close", number) for number in listed("close", given["close"], ())],
-             "cells": {file_name("cells", file): None if ratio is None else _number("cells", ratio) for file, ratio in cells.items()},
-             "cut": [_plane_of(several("cut", plane, 6, "planes of six numbers, a point and a direction (x, y, z, nx, ny, nz)"))
-                     for plane in listed("cut", given["cut"], ())]}
+    given = {
+        **given, "surface": file_name("surface", given["surface"]),
+        "close": [_number("close", number) for number in listed("close", given["close"], ())], "cells": {
+            file_name("cells", file): None if ratio is None else _number("cells", ratio)
+            for file, ratio in cells.items()}, "cut": [
+                _plane_of(several("cut", plane, 6, "planes of six numbers, a point and a direction (x, y, z, nx, ny, nz)"))
+                for plane in listed("cut", given["cut"], ())]}
     if given["folder"] is not None:
         given["folder"] = file_name("folder", given["folder"], "a folder")
     if given["seed"] + given["realisations"] - 1 > _RANGES["seed"][1]:
-        raise InputError(f"seed: the seed of the last realisation is above {_RANGES['seed'][1]}; expected a lower one, found {given['seed']}")
+        raise InputError(
+            f"seed: the seed of the last realisation is above {_RANGES['seed'][1]}; expected a lower one, found {given['seed']}"
+        )
     return given
 
 
@@ -52,7 +57,7 @@ def _number(name: str, value: Any) -> Any:
     """Raises InputError"""
     least, most, what = _RANGES[name]
     number = value_of(name, value) if isinstance(value, (int, float, np.number)) else None
-    kinds: Tuple[type, ...] = (int,) if isinstance(least, int) else (int, float)
+    kinds: Tuple[type, ...] = (int, ) if isinstance(least, int) else (int, float)
     if not isinstance(number, kinds) or isinstance(number, bool) or not least <= number <= most:
         ends = f"{least} to {most}" if isinstance(least, int) else f"{least:g} to {most:g}"
         found = f"a number of {value.bit_length()} bits" if isinstance(value, int) and value.bit_length() > 100 else repr(value)
@@ -65,7 +70,7 @@ def _plane_of(numbers: List[Any]) -> Tuple[float, ...]:
     try:
         plane = tuple(map(float, numbers))
     except (TypeError, ValueError, OverflowError):
-        plane = (np.nan,)
+        plane = (np.nan, )
     if not np.all(np.abs(plane) < _FAR) or not np.any(plane[3:]):
         raise InputError(f"cut: expected planes of six numbers, a point and a direction (x, y, z, nx, ny, nz), found {numbers}")
     return plane

@@ -16,8 +16,9 @@ from packmesh.base import files
 from packmesh.errors import InputError
 
 #: Classes of HemoCell's mechanics by construction; cells of an STL have that of red cells, with inner links that of malaria.
-_MODELS = {"RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "PltSimpleModel", "WBC_SPHERE": "WbcHighOrderModel",
-           "MESH_FROM_STL": "RbcHighOrderModel"}
+_MODELS = {
+    "RBC_FROM_SPHERE": "RbcHighOrderModel", "ELLIPSOID_FROM_SPHERE": "PltSimpleModel", "WBC_SPHERE": "WbcHighOrderModel",
+    "MESH_FROM_STL": "RbcHighOrderModel"}
 #: What HemoCell needs of `<MaterialModel>`, else it ends; and of white cells.
 _CONSTANTS = ("kVolume", "kArea", "kLink", "kBend", "eta_m")
 _OF_WHITE_CELLS = ("kInnerRigid", "kCytoskeleton", "coreRadius")
@@ -70,10 +71,14 @@ def _cell(name: str, file: str, ratio: Optional[float], dx: float) -> CaseCell:
     tags = {} if not file else _tags(file)
     construction = _packmesh.construction(name, bool(tags.get("StlFile")))
     if construction is None:
-        raise InputError(f"{file}: HemoCell builds a cell by its name, which begins with RBC, PLT or WBC, or by its <StlFile>; found neither")
+        raise InputError(
+            f"{file}: HemoCell builds a cell by its name, which begins with RBC, PLT or WBC, or by its <StlFile>; found neither"
+        )
     model = "RbcMalariaModel" if construction == "MESH_FROM_STL" and tags.get("kInnerLink") else _MODELS[construction]
     if file:
-        _require_constants(file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE") + ("kInnerLink",) * (model == "RbcMalariaModel"))
+        _require_constants(
+            file, tags, _CONSTANTS + _OF_WHITE_CELLS * (construction == "WBC_SPHERE") + ("kInnerLink", ) *
+            (model == "RbcMalariaModel"))
     mesh = "" if not tags.get("StlFile") else os.path.join(os.path.dirname(file), tags["StlFile"])
     vertices, _ = _packmesh.cell_template(name, os.path.dirname(os.path.abspath(file)) if file else None, dx)
     count = len(vertices)
@@ -97,8 +102,9 @@ def _require_constants(file: str, tags: Mapping[str, str], names: Sequence[str])
     """Raises InputError"""
     missing = [name for name in names if not _is_number(tags.get(name, ""))]
     if missing:
-        raise InputError(f"{file}: HemoCell cannot simulate this cell without a number in {', '.join(f'<{name}>' for name in missing)}. packMesh has complete "
-                         "files in config/: RBC.xml, PLT.xml, WBC.xml")
+        raise InputError(
+            f"{file}: HemoCell cannot simulate this cell without a number in {', '.join(f'<{name}>' for name in missing)}. packMesh has complete "
+            "files in config/: RBC.xml, PLT.xml, WBC.xml")
 
 
 def _require_links(file: str, vertices: int) -> None:
@@ -107,8 +113,9 @@ def _require_links(file: str, vertices: int) -> None:
         link = (one.text or "").strip()
         ends = {int(end) for end in link.split() if re.fullmatch("[0-9]{1,9}", end)}
         if len(link.split()) != 2 or len(ends) != 2 or max(ends) >= vertices:
-            raise InputError(f"{file}: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to {vertices - 1}, as HemoCell builds "
-                             f"this cell with {vertices}")
+            raise InputError(
+                f"{file}: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to {vertices - 1}, as HemoCell builds "
+                f"this cell with {vertices}")
 
 
 def _is_number(text: str) -> bool:
@@ -140,7 +147,9 @@ def constants_of(cell: CaseCell, dx: float) -> Dict[str, Any]:
     """HemoCell's, of red cells and platelets, for the template of their XML."""
     from packmesh import _packmesh
 
-    constants = {name: f"{value:.12g}" if isinstance(value, float) else value for name, value in _packmesh.default_cell(cell.name).items()}
+    constants = {
+        name: f"{value:.12g}" if isinstance(value, float) else value
+        for name, value in _packmesh.default_cell(cell.name).items()}
     if cell.vertices == _COARSE_VERTICES:
         constants["triangles"] = _COARSE_TRIANGLES
     return {**constants, "inner_edges": opposite_pairs(_packmesh.cell_template(cell.name, None, dx)[0])}

@@ -13,10 +13,12 @@ from packmesh.cases.cells import constants_of, write_cell
 from packmesh.show.picture import POINTS_PER_PIXEL, Canvas, directions, points_on
 from packmesh.vessels.lattice import PlacedEnd, PlacedVessel
 
-_TEMPLATES = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.join(os.path.dirname(os.path.abspath(__file__)), "templates")),
-                                trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(os.path.join(os.path.dirname(os.path.abspath(__file__)), "templates")), trim_blocks=True,
+    lstrip_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
 _WALL, _BOX = (212, 208, 200), (60, 60, 60)
-COLOURS: Dict[str, Tuple[int, int, int]] = {"inlet": (47, 108, 191), "outlet": (190, 60, 50), "periodic": (60, 140, 80), "closed": (140, 140, 140)}
+COLOURS: Dict[str, Tuple[int, int, int]] = {
+    "inlet": (47, 108, 191), "outlet": (190, 60, 50), "periodic": (60, 140, 80), "closed": (140, 140, 140)}
 
 
 def write_case(folder: str, words: Mapping[str, Any], seed: int) -> None:
@@ -52,7 +54,9 @@ def write_case(folder: str, words: Mapping[str, Any], seed: int) -> None:
 def text_of(name: str, words: Mapping[str, Any]) -> str:
     """Of a file, by its template. What is any text in words, `title`, `command` and the lines `found`, stands in comments; all else is code"""
     quoted = quoting.FREE_TEXT[os.path.splitext(name)[1]]
-    free = {key: list(map(quoted, words[key])) if key == "found" else quoted(words[key]) for key in ("title", "command", "found") if key in words}
+    free = {
+        key: list(map(quoted, words[key])) if key == "found" else quoted(words[key]) for key in ("title", "command", "found")
+        if key in words}
     return _TEMPLATES.get_template(name + ".in").render({**words, **free})
 
 
@@ -73,7 +77,8 @@ def outlet_box(vessel: PlacedVessel, end: PlacedEnd) -> List[int]:
 def picture_of(vessel: PlacedVessel) -> bytes:
     """A PNG: the vessel, its ends in their colours, and the box of the lattice."""
     camera = directions(vessel.size)
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (np.array(vessel.nodes) - 1) * vessel.dx - vessel.dx
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1)
+                        for z in (0, 1)]) * (np.array(vessel.nodes) - 1) * vessel.dx - vessel.dx
     seen = corners @ camera.T
     canvas = Canvas(seen[:, :2].min(axis=0), seen[:, :2].max(axis=0))
     spacing = canvas.pixel / POINTS_PER_PIXEL
@@ -92,5 +97,6 @@ def picture_of(vessel: PlacedVessel) -> bytes:
             if not a & axis:
                 share = np.linspace(0, 1, 3 * canvas.width)[:, None]
                 line = (seen[a] + share * (seen[a | axis] - seen[a])).astype(np.float32)
-                canvas.add(line, np.tile(np.array([0, 0, 1], np.float32), (len(line), 1)), np.tile(np.array(_BOX, float), (len(line), 1)))
+                canvas.add(line, np.tile(np.array([0, 0, 1], np.float32), (len(line), 1)),
+                           np.tile(np.array(_BOX, float), (len(line), 1)))
     return canvas.png()

@@ -146,8 +146,12 @@ def new_case(
     """
     _module()
     given = examined(dict(locals()), inspect.signature(new_case))
-    folder, dx, time, ranks, hematocrit, platelets, seed, realisations, soft, pos = (given[name] for name in (
-        "folder", "dx", "time", "ranks", "hematocrit", "platelets", "seed", "realisations", "soft", "pos"))
+    folder, dx, time, ranks, hematocrit, platelets, seed, realisations, soft, pos = (given[name]
+                                                                                     for name in ("folder", "dx", "time",
+                                                                                                  "ranks", "hematocrit",
+                                                                                                  "platelets", "seed",
+                                                                                                  "realisations", "soft",
+                                                                                                  "pos"))
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{folder}: exists; expected the name of a folder to be made")
     if soft and pos:
@@ -163,8 +167,10 @@ def new_case(
     flow = _flow_of(first, *(given[name] for name in ("velocity", "shear_rate", "reynolds")))
     fastest = _FASTEST / (2 * _DT * dx * 1e-6)  # on the axis twice the mean [m/s]
     if flow.velocity > fastest:
-        raise InputError(f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
-                         f"at a dx of {dx:g} µm: set a slower flow" + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
+        raise InputError(
+            f"the flow is too fast for the lattice: a mean velocity of {flow.velocity * 1e3:.4g} mm/s, expected at most {fastest * 1e3:.4g} mm/s "
+            f"at a dx of {dx:g} µm: set a slower flow"
+            + (f", or scale the vessel, whose end is {first:.0f} µm wide, by --diameter" if first > 200 else ""))
     shape = _shape_of(vessel, factor, dx, roles, given["extend"], mirror, _envelope_of(flow.stress, kinds, dx))
     if drive == "periodic":
         flow = _driven(flow, first, shape)
@@ -173,15 +179,19 @@ def new_case(
         shape = _shape_of(vessel, factor, dx, roles, given["extend"], mirror, _envelope_of(flow.stress, kinds, dx))
     most = _module().largest_stress
     if flow.stress > most:
-        logging.getLogger("packmesh").warning("the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
-                                              "<particleEnvelope>; set a slower flow", flow.stress, most)
+        logging.getLogger("packmesh").warning(
+            "the largest stress at the wall is %.3g Pa: above %g Pa cells are known to be stretched beyond any "
+            "<particleEnvelope>; set a slower flow", flow.stress, most)
     maker = _Maker(shape, flow, kinds, time, ranks)
     try:
         with _new_folder(folder) as work:
             title = ("Blood" if hematocrit else "Plasma") + f" in {os.path.basename(given['surface'])}"
-            cells = {"packed": hematocrit > 0, "pos": pos or not hematocrit, "hematocrit": hematocrit, "soft": soft, "profile": profile}
-            words = {"title": title, "command": _command_of(given), "realisations": realisations,
-                     "program": "build/case" if realisations == 1 else "../build/case", **cells, **maker.words()}
+            cells = {
+                "packed": hematocrit > 0, "pos": pos or not hematocrit, "hematocrit": hematocrit, "soft": soft,
+                "profile": profile}
+            words = {
+                "title": title, "command": _command_of(given), "realisations": realisations,
+                "program": "build/case" if realisations == 1 else "../build/case", **cells, **maker.words()}
             write_case(work, words, seed)
             case = maker.result(work, folder, unit, unit_text, vessel, words)
             write_text(work, "README.md", {**words, "found": [f"    {line}" for line in case.text]})
@@ -225,12 +235,14 @@ def _command_of(given: Mapping[str, Any]) -> str:
     return " ".join(map(quoting.shell, words))
 
 
-def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Sequence[int], mirror: bool) -> Tuple[str, List[str]]:
+def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Sequence[int],
+           mirror: bool) -> Tuple[str, List[str]]:
     """Drive, and role of each end. Raises InputError"""
     count = len(vessel.ends)
     for what, numbers in (("inlet", [] if inlet is None else [inlet]), ("close", close)):
         if any(not 1 <= number <= count for number in numbers):
-            raise InputError(f"{what}: expected numbers of ends from 1 to {count}, found {', '.join(map(str, numbers))}\n{_listed(vessel)}")
+            raise InputError(
+                f"{what}: expected numbers of ends from 1 to {count}, found {', '.join(map(str, numbers))}\n{_listed(vessel)}")
     closed = {number - 1 for number in close}
     holes = [number for number in holes_of(vessel) if number - 1 not in closed]
     if holes:
@@ -238,18 +250,22 @@ def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Se
                          f"{' --close '.join(map(str, holes))} closes them\n{_listed(vessel)}")
     used = [k for k in range(count) if k not in closed]
     if len(used) < 2:
-        raise InputError(f"the surface has {len(used)} ends, openings or flat caps with sharp edges; expected at least two. Cut the vessel by planes "
-                         f"where blood flows in and out, by --cut{_listed(vessel)}")
+        raise InputError(
+            f"the surface has {len(used)} ends, openings or flat caps with sharp edges; expected at least two. Cut the vessel by planes "
+            f"where blood flows in and out, by --cut{_listed(vessel)}")
     drive = drive or ("periodic" if len(used) == 2 or mirror else "inlet")
     if (drive == "periodic" or mirror) and len(used) != 2:
-        raise InputError(f"a flow that is periodic along one axis needs two ends, found {len(used)}: --drive inlet feeds one end, --close closes "
-                         f"others\n{_listed(vessel)}")
+        raise InputError(
+            f"a flow that is periodic along one axis needs two ends, found {len(used)}: --drive inlet feeds one end, --close closes "
+            f"others\n{_listed(vessel)}")
     if drive == "inlet" and mirror:
         raise InputError("--mirror is for a periodic flow; expected it without --drive inlet")
     first = used[0] if inlet is None else inlet - 1
     if first in closed:
         raise InputError(f"end {first + 1} cannot be both the inlet and closed")
-    roles = ["closed" if k in closed else "periodic" if drive == "periodic" else "inlet" if k == first else "outlet" for k in range(count)]
+    roles = [
+        "closed" if k in closed else "periodic" if drive == "periodic" else "inlet" if k == first else "outlet"
+        for k in range(count)]
     if drive == "periodic" and first != used[0]:
         vessel.ends[used[0]], vessel.ends[first] = vessel.ends[first], vessel.ends[used[0]]
     return drive, roles
@@ -257,8 +273,9 @@ def _roles(vessel: Vessel, drive: Optional[str], inlet: Optional[int], close: Se
 
 def _listed(vessel: Vessel) -> str:
     """Ends in the coordinates of the file."""
-    lines = [f"  end {k}: {'flat cap' if end.was_closed else 'opening'}, diameter {end.diameter:.4g}, center {_numbers(end.center)}, "
-             f"normal {_numbers(end.normal)}" for k, end in enumerate(vessel.ends, 1)]
+    lines = [
+        f"  end {k}: {'flat cap' if end.was_closed else 'opening'}, diameter {end.diameter:.4g}, center {_numbers(end.center)}, "
+        f"normal {_numbers(end.normal)}" for k, end in enumerate(vessel.ends, 1)]
     return "\n".join(["", "Ends, in the unit of the file:", *lines] if lines else [])
 
 
@@ -268,7 +285,9 @@ def _numbers(values: Any) -> str:
 
 def _flow_of(diameter: float, velocity: Optional[float], shear_rate: Optional[float], reynolds: Optional[float]) -> _Flow:
     """In a tube of this diameter [µm]. Raises InputError"""
-    given = [name for name, value in (("velocity", velocity), ("shear_rate", shear_rate), ("reynolds", reynolds)) if value is not None]
+    given = [
+        name for name, value in (("velocity", velocity), ("shear_rate", shear_rate), ("reynolds", reynolds))
+        if value is not None]
     if len(given) > 1:
         raise InputError(f"{given[0]} excludes {given[1]}: each determines the flow")
     width = diameter * 1e-6
@@ -288,7 +307,8 @@ def _driven(flow: _Flow, diameter: float, shape: PlacedVessel) -> _Flow:
     resistance = resistance_of(shape)
     length, area = shape.nodes[0] * shape.dx, np.pi / 4 * diameter**2
     return dataclasses.replace(flow, force=_NU * _RHO * flow.velocity * area * 1e6 * resistance.total / (length * 1e-6),
-                               stress=_stress_of(flow, diameter, resistance), straight=abs(resistance.total * area**2 / (8 * np.pi * length) - 1) < _STRAIGHT)
+                               stress=_stress_of(flow, diameter, resistance),
+                               straight=abs(resistance.total * area**2 / (8 * np.pi * length) - 1) < _STRAIGHT)
 
 
 def _stress_of(flow: _Flow, diameter: float, resistance: Resistance) -> float:
@@ -296,7 +316,8 @@ def _stress_of(flow: _Flow, diameter: float, resistance: Resistance) -> float:
     return _NU * _RHO * flow.velocity * np.pi / 4 * diameter**2 * 1e6 * resistance.largest
 
 
-def _shape_of(vessel: Vessel, factor: float, dx: float, roles: List[str], extend: Optional[float], mirror: bool, envelope: int) -> PlacedVessel:
+def _shape_of(vessel: Vessel, factor: float, dx: float, roles: List[str], extend: Optional[float], mirror: bool,
+              envelope: int) -> PlacedVessel:
     """HemoCell copies the cells of a pre-inlet to as many planes behind it as the envelope has, so these need its outline."""
     straight = (envelope + 4) * dx / (vessel.ends[roles.index("inlet")].diameter * factor) if "inlet" in roles else 0.0
     return placed(vessel, factor, dx, roles, (max(straight, extend or 0.0), (1.0 if extend is None else extend)), mirror)
@@ -321,10 +342,12 @@ class _Maker:
 
     def __init__(self, shape: PlacedVessel, flow: _Flow, cells: List[CaseCell], time: float, ranks: Optional[int]) -> None:
         self._shape, self._flow, self._cells, self._time = shape, flow, cells, time
-        self._dt = _DT * (shape.dx * 1e-6) ** 2
+        self._dt = _DT * (shape.dx * 1e-6)**2
         self._iterations = max(1, round(time * 1e-3 / self._dt))
         if self._iterations > _MOST_ITERATIONS:
-            raise InputError(f"time: {time:g} ms are {self._iterations} iterations; HemoCell counts at most {_MOST_ITERATIONS}, {_MOST_ITERATIONS * self._dt * 1e3:.4g} ms")
+            raise InputError(
+                f"time: {time:g} ms are {self._iterations} iterations; HemoCell counts at most {_MOST_ITERATIONS}, {_MOST_ITERATIONS * self._dt * 1e3:.4g} ms"
+            )
         self._envelope = _envelope_of(flow.stress, cells, shape.dx)
         self._ends = [end for end in shape.ends if end.face]
         self._end = next(end for end in self._ends if end.role in ("inlet", "periodic"))
@@ -338,28 +361,34 @@ class _Maker:
     def words(self) -> Dict[str, Any]:
         """What the templates name."""
         forces, velocities = membrane_steps(self._shape.dx, self._dt)
-        return {"version": _module().version(), "vessel": self._shape, "cells": self._cells, "inlet": self._has_inlet, "inlet_length": self._length,
-                "flow": self._flow, "reynolds": 2 * self._flow.velocity * self._end.diameter * 1e-6 / _NU, "dt": self._dt, "envelope": self._envelope,
-                "iterations": self._iterations, "outputs": int(max(100, round(self._iterations / 100, -2))), "forces": forces, "velocities": velocities,
-                "ranks": self._ranks, "time": f"{self._time:g}"}
+        return {
+            "version": _module().version(), "vessel": self._shape, "cells": self._cells, "inlet": self._has_inlet,
+            "inlet_length": self._length, "flow": self._flow,
+            "reynolds": 2 * self._flow.velocity * self._end.diameter * 1e-6 / _NU, "dt": self._dt, "envelope": self._envelope,
+            "iterations": self._iterations, "outputs": int(max(100, round(self._iterations / 100, -2))), "forces": forces,
+            "velocities": velocities, "ranks": self._ranks, "time": f"{self._time:g}"}
 
-    def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel, words: Mapping[str, Any]) -> NewCase:
+    def result(self, work: str, folder: Optional[Path], unit: Optional[str], unit_text: str, vessel: Vessel,
+               words: Mapping[str, Any]) -> NewCase:
         """words: of the case that was written. Raises InfeasibleError"""
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
             counts, about_cells = _forecast(config, words["soft"]) if words["packed"] else ({}, [])
-            narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter) for end in self._ends])
+            narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter)
+                                                                                    for end in self._ends])
         membranes = sum(counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
         if self._has_inlet:  # the vessel fills up
             inside = self._end.diameter**2 * np.pi / 4 * self._length * self._shape.dx
             membranes = round(membranes * (1 + self._volume() / inside))
         hours, megabytes = cost_of(nodes, membranes, self._iterations, self._ranks)
-        ends = [{"number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center.tolist()), "diameter": end.diameter,
-                 "normal": tuple(end.normal.tolist())} for end in self._shape.ends]
+        ends = [{
+            "number": end.number, "role": end.role, "face": end.face, "center": tuple(end.center.tolist()),
+            "diameter": end.diameter, "normal": tuple(end.normal.tolist())} for end in self._shape.ends]
         x, y, z = self._shape.size.tolist()
-        case = NewCase(None if folder is None else os.fspath(folder), unit, (x, y, z), self._shape.nodes, self._shape.dx, self._dt,
-                       ends, narrowest, self._flow.velocity * 1e3 * np.pi / 4 * self._end.diameter**2, self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
+        case = NewCase(None if folder is None else os.fspath(folder), unit, (x, y, z), self._shape.nodes, self._shape.dx,
+                       self._dt, ends, narrowest, self._flow.velocity * 1e3 * np.pi / 4 * self._end.diameter**2,
+                       self._flow.velocity, self._flow.shear_rate, self._flow.stress, self._flow.force, self._envelope,
                        self._possible, counts, megabytes, hours, [])
         case.text.extend(self._lines(case, unit_text, vessel, about_cells))
         return case
@@ -372,33 +401,46 @@ class _Maker:
         shape, flow = self._shape, self._flow
         lines = [f"Unit of the surface: {unit_text}"]
         lines += [f"Repaired: {repair}" for repair in vessel.repairs]
-        lines.append(f"Vessel: {_numbers(shape.size)} µm, volume {self._volume():.0f} µm³, turned by {shape.turned:.1f}°, its low corner moved to the origin"
-                     + (", with its mirror image" if any("seam" in note for note in shape.notes) else ""))
+        lines.append(
+            f"Vessel: {_numbers(shape.size)} µm, volume {self._volume():.0f} µm³, turned by {shape.turned:.1f}°, its low corner moved to the origin"
+            + (", with its mirror image" if any("seam" in note for note in shape.notes) else ""))
         for end, found in zip(shape.ends, vessel.ends):
             where = f"at {end.face} ({_numbers(end.center)} µm)" + (f", oblique by {end.angle:.0f}°" if end.angle > 1 else "")
-            lines.append(f"End {end.number}: {end.role}, {'flat cap' if found.was_closed else 'opening'}, diameter {end.diameter:.2f} µm, normal "
-                         f"{_numbers(end.normal)}" + (f", {where}" if end.face else ""))
+            lines.append(
+                f"End {end.number}: {end.role}, {'flat cap' if found.was_closed else 'opening'}, diameter {end.diameter:.2f} µm, normal "
+                f"{_numbers(end.normal)}" + (f", {where}" if end.face else ""))
         lines += [note[0].upper() + note[1:] for note in shape.notes]
         lines.append(f"Lattice: {' x '.join(map(str, case.nodes))} nodes at dx {case.dx:g} µm, time step {case.dt:.3g} s")
-        lines.append(f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / self._cells[0].length:.1f} red cells wide")
+        lines.append(
+            f"Narrowest place between ends: {case.narrowest:.1f} µm, {case.narrowest / case.dx:.0f} nodes, {case.narrowest / self._cells[0].length:.1f} red cells wide"
+        )
         estimate = flow.force is not None and (not flow.straight or case.narrowest < _NODES_ACROSS * case.dx)
-        lines.append(f"Flow of plasma alone at end {self._end.number}: {case.flow_rate:.4g} µm³/ms, mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at "
-                     f"the wall {flow.shear_rate:.4g} 1/s, Reynolds number {flow.velocity * self._end.diameter * 1e-6 / _NU:.3g}")
-        lines += ["This flow is an estimate: in vessels that wind, fork or are few nodes wide HemoCell's was up to 12 % less"] * estimate
+        lines.append(
+            f"Flow of plasma alone at end {self._end.number}: {case.flow_rate:.4g} µm³/ms, mean velocity {flow.velocity * 1e3:.4g} mm/s, shear rate at "
+            f"the wall {flow.shear_rate:.4g} 1/s, Reynolds number {flow.velocity * self._end.diameter * 1e-6 / _NU:.3g}")
+        lines += ["This flow is an estimate: in vessels that wind, fork or are few nodes wide HemoCell's was up to 12 % less"
+                  ] * estimate
         if flow.force is not None:
-            lines.append(f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa")
+            lines.append(
+                f"Driven by a body force of {flow.force:.4g} N/m³ along x, periodic; largest stress at the wall {flow.stress:.3g} Pa"
+            )
         else:
             through = self._volume() / (flow.velocity * 1e3 * np.pi / 4 * self._end.diameter**2)
-            lines.append(f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._end.number}; pressure outlets at all others; plasma passes the "
-                         f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa")
+            lines.append(
+                f"Fed by a pre-inlet of {self._length * shape.dx:g} µm at end {self._end.number}; pressure outlets at all others; plasma passes the "
+                f"vessel in {through:.3g} ms; largest stress at the wall {flow.stress:.3g} Pa")
         lines.append("Cells" + (" of the pre-inlet" if self._has_inlet else "") + ": "
                      + (", ".join(f"{count} {name}" for name, count in case.counts.items()) or "none, plasma alone"))
-        lines += [f"{cell.name}: {cell.vertices} vertices, as the lattice is coarse" for cell in self._cells if cell.name == "RBC" and not cell.file
-                  and case.counts and cell.vertices < 642]
+        lines += [
+            f"{cell.name}: {cell.vertices} vertices, as the lattice is coarse" for cell in self._cells
+            if cell.name == "RBC" and not cell.file and case.counts and cell.vertices < 642]
         lines += about_cells
-        lines.append(f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} rank{'s' * (case.ranks != [1])}")
-        lines.append(f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
-                     f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
+        lines.append(
+            f"particleEnvelope: {case.particle_envelope} nodes; blocks are not smaller with {_ranges(case.ranks)} rank{'s' * (case.ranks != [1])}"
+        )
+        lines.append(
+            f"Time: {self._time:g} ms are {self._iterations} iterations, about {case.core_hours:.2g} core-hours and {case.megabytes:.0f} MB "
+            f"on {self._ranks} rank{'s' * (self._ranks > 1)}")
         return lines
 
 
@@ -422,6 +464,7 @@ def _forecast(config: str, soft: bool) -> Tuple[Dict[str, int], List[str]]:
 @contextlib.contextmanager
 def _told_of(work: str, folder: Optional[Path]) -> Iterator[None]:
     """Warnings and errors name files where they will be."""
+
     def named(text: str) -> str:
         return _without_arguments(text.replace(work + os.sep, "" if folder is None else os.path.join(folder, "")))
 
@@ -467,23 +510,30 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--drive", choices=CHOICES["drive"], help="default: periodic with two ends, inlet with more")
     parser.add_argument("--inlet", type=kind("inlet"), metavar="end", help="where blood flows in (1, the widest)")
     parser.add_argument("--close", type=kind("close"), metavar="end", action="append", default=[], help="becomes a wall")
-    parser.add_argument("--cut", type=plane, metavar="X,Y,Z,NX,NY,NZ", action="append", default=[],
-                        help="cut off an end by the plane through a point across a direction out of the vessel, in the unit of the surface (--cut=-1,...)")
-    parser.add_argument("--mirror", action="store_true", help="add the mirror image of a vessel with two ends, which makes it periodic")
+    parser.add_argument(
+        "--cut", type=plane, metavar="X,Y,Z,NX,NY,NZ", action="append", default=[], help=
+        "cut off an end by the plane through a point across a direction out of the vessel, in the unit of the surface (--cut=-1,...)"
+    )
+    parser.add_argument("--mirror", action="store_true",
+                        help="add the mirror image of a vessel with two ends, which makes it periodic")
     parser.add_argument("--extend", type=kind("extend"), metavar="diameters", help="straight parts at the ends (0; outlets 1)")
     flow = parser.add_mutually_exclusive_group()
     flow.add_argument("--velocity", type=kind("velocity"), metavar="mm/s", help="mean velocity of plasma at the inlet")
-    flow.add_argument("--shear-rate", type=kind("shear_rate"), metavar="1/s", help=f"at the wall there ({DEFAULT_SHEAR_RATE:g})")
+    flow.add_argument("--shear-rate", type=kind("shear_rate"), metavar="1/s",
+                      help=f"at the wall there ({DEFAULT_SHEAR_RATE:g})")
     flow.add_argument("--reynolds", type=kind("reynolds"), metavar="Re", help="by mean velocity and diameter there")
     parser.add_argument("--time", type=kind("time"), default=10.0, metavar="ms", help="to be simulated (10)")
     parser.add_argument("--ranks", type=kind("ranks"), help="in the commands of README.md and job.sh")
-    parser.add_argument("--hematocrit", type=kind("hematocrit"), default=0.3, help="of the vessel, or of the pre-inlet (0.3); 0: plasma alone")
+    parser.add_argument("--hematocrit", type=kind("hematocrit"), default=0.3,
+                        help="of the vessel, or of the pre-inlet (0.3); 0: plasma alone")
     parser.add_argument("--platelets", type=kind("platelets"), default=0.07, help="per red cell (0.07)")
     parser.add_argument("--seed", type=kind("seed"), default=1, help="of the packing (1)")
     parser.add_argument("--soft", action="store_true", help="cells deform where undeformed ones do not fit")
-    parser.add_argument("--cell", action="append", default=[], dest="cells", metavar="file.xml[=ratio]",
-                        help="HemoCell's XML of a cell to add, WBC.xml=0.001 (per red cell), or in place of its own RBC.xml or PLT.xml")
-    parser.add_argument("--pos", action="store_true", help="packMesh writes the cells to .pos files before; default: the case packs them, by the plug-in")
+    parser.add_argument(
+        "--cell", action="append", default=[], dest="cells", metavar="file.xml[=ratio]",
+        help="HemoCell's XML of a cell to add, WBC.xml=0.001 (per red cell), or in place of its own RBC.xml or PLT.xml")
+    parser.add_argument("--pos", action="store_true",
+                        help="packMesh writes the cells to .pos files before; default: the case packs them, by the plug-in")
     parser.add_argument("--realisations", type=kind("realisations"), default=1, help="folders with a seed each (1)")
     parser.add_argument("--profile", choices=CHOICES["profile"], help="a cell-free layer with platelets in it")
     words = parser.parse_args()

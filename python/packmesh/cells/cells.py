@@ -148,12 +148,13 @@ class CellPacking:
             numbers = self[name].numbers
             if self.deformed:
                 for number, membrane in zip(numbers, self.vertices(name)):
-                    scene.add_geometry(trimesh.Trimesh(vertices=membrane, faces=triangles, process=False), geom_name=f"{name}_{number}",
-                                       node_name=f"{name}_{number}")
+                    scene.add_geometry(trimesh.Trimesh(vertices=membrane, faces=triangles, process=False),
+                                       geom_name=f"{name}_{number}", node_name=f"{name}_{number}")
                 continue
             mesh = trimesh.Trimesh(vertices=vertices, faces=triangles, process=False)
             for number in numbers:
-                scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number - self._first_number])
+                scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}",
+                                   transform=placements[number - self._first_number])
         return scene
 
     def to_pyvista(self) -> Any:

@@ -7,7 +7,6 @@ from typing import Tuple
 
 import numpy as np
 
-
 _FLAT = 1e-9  # of the cube of its length is at most the volume of a cell that counts as flat
 
 
@@ -64,7 +63,7 @@ def shapes_of(vertices: np.ndarray, triangles: np.ndarray) -> Shapes:
     tetrahedra = np.einsum("ntk,ntk->nt", a, normals) / 6
     volume = tetrahedra.sum(axis=1)
     low, high = vertices.min(axis=1), vertices.max(axis=1)
-    flat = ~(np.abs(volume) > _FLAT * (high - low).max(axis=1) ** 3)
+    flat = ~(np.abs(volume) > _FLAT * (high - low).max(axis=1)**3)
     volume = np.where(flat, 0.0, volume)
     divisor = np.where(flat, 1.0, volume)
     sums = a + b + c
@@ -81,8 +80,8 @@ def shapes_of(vertices: np.ndarray, triangles: np.ndarray) -> Shapes:
 def points_of(vertices: np.ndarray) -> Shapes:
     """What is known without triangles: means of the vertices as centres, and boxes; the rest is NaN."""
     n, unknown = len(vertices), np.nan
-    return Shapes(np.full(n, unknown), np.full(n, unknown), vertices.mean(axis=1), np.full((n, 3), unknown), np.full((n, 3, 3), unknown),
-                  vertices.min(axis=1), vertices.max(axis=1))
+    return Shapes(np.full(n, unknown), np.full(n, unknown), vertices.mean(axis=1), np.full((n, 3), unknown),
+                  np.full((n, 3, 3), unknown), vertices.min(axis=1), vertices.max(axis=1))
 
 
 def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -124,8 +123,8 @@ def _mean_of_smaller(x: np.ndarray, plane: np.ndarray) -> np.ndarray:
     """Mean of min(x, plane) over triangles with ascending x at the corners, shape (n, 3), that the planes, shape (n,), cross."""
     x1, x2, x3 = x.T
     with np.errstate(divide="ignore", invalid="ignore"):
-        low = (plane - x1) ** 3 / (3 * (x2 - x1) * (x3 - x1))  # mean of plane - x where that is positive
-        high = (x3 - plane) ** 3 / (3 * (x3 - x1) * (x3 - x2))  # mean of x - plane where that is positive
+        low = (plane - x1)**3 / (3 * (x2 - x1) * (x3 - x1))  # mean of plane - x where that is positive
+        high = (x3 - plane)**3 / (3 * (x3 - x1) * (x3 - x2))  # mean of x - plane where that is positive
     return np.where(plane < x2, plane - low, x.mean(axis=1) - high)
 
 
@@ -150,6 +149,6 @@ def volume_points(vertices: np.ndarray, triangles: np.ndarray, most: int, seed: 
         ends = np.take_along_axis(ends, chosen[:, :, None], axis=1)
         weighed = signs.sum(axis=1)
         cones = signs * (cones.sum(axis=1) / np.where(weighed == 0, 1, weighed))[:, None]  # the volume of each cell is exact
-    shells = ((np.arange(3) + 0.5) / 3) ** (1 / 3)
+    shells = ((np.arange(3) + 0.5) / 3)**(1 / 3)
     points = middle[:, None, None] + ends[:, :, None] * shells[:, None]
     return points.reshape(-1, 3), np.repeat(cones[:, :, None] / 3, 3, axis=2).ravel()

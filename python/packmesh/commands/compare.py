@@ -25,8 +25,9 @@ from packmesh.io import report_file
 from packmesh.show import plot
 
 # Settings that realisations of the same problem may have in different ways.
-FREE = {"seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory",
-        "stateFile", "checkpointEvery", "povScene", "vtp", "vtpMeshes", "growthFrames", "report", "export"}
+FREE = {
+    "seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory",
+    "stateFile", "checkpointEvery", "povScene", "vtp", "vtpMeshes", "growthFrames", "report", "export"}
 SHAPE = ["redCell", "meshVolume", "vertices", "triangles", "size", "minimumDistanceFromSolid"]
 REQUEST = ["asked", "stock"]
 HEADS = ["number", "mean", "std. dev.", "least", "largest"]
@@ -69,8 +70,9 @@ def require_same_problem(names, reports):
         other = problem(report)
         for place in [*first, *other]:
             if not alike(first.get(place), other.get(place)):
-                raise InputError(f"{name}: is of another problem than {names[0]}: {place} is {text_of(other.get(place))} instead of "
-                                 f"{text_of(first.get(place))}; compare them separately")
+                raise InputError(
+                    f"{name}: is of another problem than {names[0]}: {place} is {text_of(other.get(place))} instead of "
+                    f"{text_of(first.get(place))}; compare them separately")
 
 
 def warn_of_same_packings(names, reports):
@@ -181,7 +183,9 @@ def combined_curves(reports):
     gaps, cosines = {}, {}
     for s, species in enumerate(measures[0]["gaps"]):
         of_all = [one["gaps"][s] for one in measures]
-        gaps[species["name"] + "_share"] = spreads([shares(one["counts"], sum(one["counts"]) + one["beyond"]) for one in of_all])
+        gaps[species["name"]
+             + "_share"] = spreads([shares(one["counts"],
+                                           sum(one["counts"]) + one["beyond"]) for one in of_all])
         of_all = [one["orientation"][s] for one in measures]
         for k, axis in enumerate("xyz"):
             cosines[f"{species['name']}_{axis}_share"] = spreads([shares(one["cosines"][k], one["cells"]) for one in of_all])
@@ -232,11 +236,13 @@ def mean_measures(reports, curves):
         means["axial"][axis] = mean_profile(profile, curves["axis_" + axis][2])
     for s, one in enumerate(first["gaps"]):
         counts, error = mean_and_error(curves["gaps"][2][one["name"] + "_share"], cells[s])
-        means["gaps"].append({"name": one["name"], "width": one["width"], "counts": counts, "error": error,
-                              "beyond": max(0.0, cells[s] - sum(counts))})
+        means["gaps"].append({
+            "name": one["name"], "width": one["width"], "counts": counts, "error": error,
+            "beyond": max(0.0, cells[s] - sum(counts))})
         by_axis = [mean_and_error(curves["orientation"][2][f"{one['name']}_{axis}_share"], cells[s]) for axis in "xyz"]
-        means["orientation"].append({"name": one["name"], "cells": cells[s], "cosines": [counts for counts, _ in by_axis],
-                                     "errors": [error for _, error in by_axis]})
+        means["orientation"].append({
+            "name": one["name"], "cells": cells[s], "cosines": [counts for counts, _ in by_axis],
+            "errors": [error for _, error in by_axis]})
     return means
 
 
@@ -256,22 +262,26 @@ def page_data(names, reports, found, curves, page):
     """`page`: its file, from which links start"""
     versions = sorted({f"{report['program']['version']} ({report['program']['commit']})" for report in reports})
     pages = [page_of(name, page) for name in names]
-    rows = [[name if to is None else os.path.splitext(name)[0] + ".html", str(report["configuration"]["seed"]), report["outcome"],
-             "clean" if report["certificate"]["clean"] else "not clean", str(report["certificate"]["cells"]),
-             f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
+    rows = [[
+        name if to is None else os.path.splitext(name)[0] + ".html",
+        str(report["configuration"]["seed"]), report["outcome"], "clean" if report["certificate"]["clean"] else "not clean",
+        str(report["certificate"]["cells"]), f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
             for name, report, to in zip(names, reports, pages)]
-    return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",
-            "figures": {"heads": ["quantity", *("#" + head for head in HEADS)], "rows": [row_of(*one) for one in found]},
-            "realisations": {"rows": rows, "links": pages,
-                             "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit", "#CPU time [s]"]},
-            "measures": mean_measures(reports, curves)}
+    return {
+        "title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [],
+        "errors": "standard deviation",
+        "figures": {"heads": ["quantity", *("#" + head for head in HEADS)],
+                    "rows": [row_of(*one) for one in found]}, "realisations": {
+                        "rows": rows, "links": pages,
+                        "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit",
+                                  "#CPU time [s]"]}, "measures": mean_measures(reports, curves)}
 
 
 def page_text(data):
     """The page of a report without cells, with other tables."""
     from packmesh.show import view  # only pages need it
 
-    return view.page_of(data, view.NO_CELLS, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
+    return view.page_of(data, view.NO_CELLS, ("data", "tables", "plots", "comparison"), ("chart.min.js", ))
 
 
 def compare(names, folder, page):
@@ -293,8 +303,9 @@ def compare(names, folder, page):
 
 
 #: Of realisations.csv: names and decimals of columns.
-COLUMNS = {"hematocrit": ("hematocrit of the lumen", 5), "minimum_gap_um": ("minimum gap [µm]", 5),
-           "minimum_wall_gap_um": ("minimum gap to the wall [µm]", 5), "sweeps": ("sweeps", 1), "cpu_s": ("CPU time [s]", 3)}
+COLUMNS = {
+    "hematocrit": ("hematocrit of the lumen", 5), "minimum_gap_um": ("minimum gap [µm]", 5),
+    "minimum_wall_gap_um": ("minimum gap to the wall [µm]", 5), "sweeps": ("sweeps", 1), "cpu_s": ("CPU time [s]", 3)}
 
 
 def number_of(path, row, column):
@@ -328,7 +339,8 @@ def compare_rows(path):
 
 def main():
     parser = command.Parser(__doc__)
-    parser.add_argument("reports", nargs="+", metavar="report", help="report.json of each realisation, or realisations.csv alone")
+    parser.add_argument("reports", nargs="+", metavar="report",
+                        help="report.json of each realisation, or realisations.csv alone")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="write a page with tables and plots (HTML)")
     words = parser.parse_args()

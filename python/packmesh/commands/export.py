@@ -38,20 +38,23 @@ def main() -> None:
     parser = command.Parser(__doc__)
     parser.add_argument("file", help="cells.h5, or output folder of a run")
     parser.add_argument("--step", type=int, metavar="iteration", help="of a run; default: the last")
-    parser.add_argument("--every", type=command.whole(1, 10**9, "a number of steps"), metavar="n", help="of a run: every n-th step, as a series")
+    parser.add_argument("--every", type=command.whole(1, 10**9, "a number of steps"), metavar="n",
+                        help="of a run: every n-th step, as a series")
     parser.add_argument("--case", metavar="config.xml", help="of a run: its lumen and templates")
     parser.add_argument("--format", action="append", required=True, choices=FORMATS, help="can be repeated")
     parser.add_argument("--folder", default=".", help="where to write (default: the current one)")
-    parser.add_argument("--undeformed", action="store_true", help="write deformed cells undeformed where the format holds poses")
-    parser.add_argument("--deformed", action="store_true", help=argparse.SUPPRESS)  # with --plan: so will be the cells, which are not there yet
+    parser.add_argument("--undeformed", action="store_true",
+                        help="write deformed cells undeformed where the format holds poses")
+    parser.add_argument("--deformed", action="store_true",
+                        help=argparse.SUPPRESS)  # with --plan: so will be the cells, which are not there yet
     parser.add_argument("--plan", action="store_true", help="only print the names of the files")
     words = parser.parse_args()
     if words.every is not None:
         if words.step is not None or words.plan or not os.path.isdir(words.file):
             raise command.UsageError("--every is for the output folder of a run, without --step and --plan")
         steps = hemocell_output(words.file, config=words.case)[::words.every]
-        for name in write_series([(step.iteration, lambda step=step: step.packing().cells_file()) for step in steps], words.format, words.folder,
-                                 words.undeformed):
+        for name in write_series([(step.iteration, lambda step=step: step.packing().cells_file())
+                                  for step in steps], words.format, words.folder, words.undeformed):
             files.say(f"Wrote {name}")
         return
     packing = cells_of(words.file, words.step, words.case)

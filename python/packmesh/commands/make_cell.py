@@ -21,7 +21,7 @@ def sphere(least):
     """Vertices and triangles of a subdivided icosahedron with at least the given number of triangles, on the unit sphere."""
     g = (1 + math.sqrt(5)) / 2
     n = math.hypot(1, g)
-    corners = [(s * a / n, t * b / n) for a, b in ((1, g),) for s in (1, -1) for t in (1, -1)]
+    corners = [(s * a / n, t * b / n) for a, b in ((1, g), ) for s in (1, -1) for t in (1, -1)]
     vertices = [p for u, v in corners for p in ((0.0, u, v), (u, v, 0.0), (v, 0.0, u))]
     near = 2.1 / n  # the edge is 2 / n
     triangles = []
@@ -42,6 +42,7 @@ def sphere(least):
                 middle[key] = len(vertices)
                 vertices.append(tuple(x / norm for x in m))
             return middle[key]
+
         for a, b, c in triangles:
             d, e, f = between(a, b), between(b, c), between(c, a)
             finer += [(a, d, f), (d, b, e), (f, e, c), (d, e, f)]
@@ -56,7 +57,7 @@ def determinant(p, q, r):
 def sickle(p, length, width):
     """The axis is a parabola; the cross-section is an ellipse that tapers to a point at both ends."""
     x = p[0]
-    taper = (1 - min(x * x, 1.0)) ** 0.25
+    taper = (1 - min(x * x, 1.0))**0.25
     return 0.5 * length * x, width * (0.5 * p[1] * taper) - 0.22 * length * x * x, width * 0.36 * p[2] * taper
 
 
@@ -81,7 +82,8 @@ def main():
     parser.add_argument("file", help="the STL to write")
     parser.add_argument("--length", type=command.number(0.01, 1e4, "a length [µm]"), help="largest extent, µm (12; 7.82; 5.4)")
     parser.add_argument("--volume", type=command.number(1e-9, 1e12, "a volume [µm³]"), help="volume, µm³ (75; 81)")
-    parser.add_argument("--triangles", type=command.whole(20, 200000, "a number"), default=600, help="minimum number, as HemoCell's minNumTriangles (600)")
+    parser.add_argument("--triangles", type=command.whole(20, 200000, "a number"), default=600,
+                        help="minimum number, as HemoCell's minNumTriangles (600)")
     options = parser.parse_args()
     shape, length, wanted = kinds[options.kind]
     length = options.length or length
@@ -98,7 +100,7 @@ def main():
         here = volume(mapped, triangles)
         if abs(here / wanted - 1) < 1e-9:
             break
-        width *= (wanted / here) ** (0.5 if options.kind == "sickle" else 1.0)
+        width *= (wanted / here)**(0.5 if options.kind == "sickle" else 1.0)
     if options.kind == "sickle" and width > 0.6 * length or options.kind == "discocyte" and width > 1.2 * length:
         parser.error("so large a --volume does not fit in that --length")
     if width < LEAST_WIDTH * length and wanted is not None:
@@ -108,5 +110,6 @@ def main():
 
     files.write(options.file, files.stl("cell made by make_cell.py", ([mapped[i] for i in t] for t in triangles)))
     extent = [max(v[k] for v in mapped) - min(v[k] for v in mapped) for k in range(3)]
-    print(f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
-          f"{volume(mapped, triangles):.3f} µm³")
+    print(
+        f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
+        f"{volume(mapped, triangles):.3f} µm³")

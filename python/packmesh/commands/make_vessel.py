@@ -33,30 +33,35 @@ def to_segment(p, a, b):
 
 
 def bifurcation(radius, length):
-    daughter = radius * 2 ** (-1 / 3)
+    daughter = radius * 2**(-1 / 3)
     spread = 0.3 * length
     fork, beyond = (0.45 * length, 0.0, 0.0), 0.25  # the axes continue beyond the caps
 
     def distance(p):
         parent = to_segment(p, (-length, 0, 0), fork) - radius
-        arms = [to_segment(p, fork, (length * (1 + beyond), side * spread * (1 + beyond / 0.55), 0)) - daughter
-                for side in (1, -1)]
+        arms = [
+            to_segment(p, fork, (length * (1 + beyond), side * spread * (1 + beyond / 0.55), 0)) - daughter for side in (1, -1)]
         return smooth_union(parent, smooth_union(arms[0], arms[1], 0.5 * radius), 0.5 * radius)
+
     half = spread + 1.5 * daughter
     return distance, half, 1.1 * radius
 
 
 def aneurysm(radius, length):
+
     def distance(p):
         tube = math.hypot(p[1], p[2]) - radius
         return smooth_union(tube, math.dist(p, (0.5 * length, 1.3 * radius, 0)) - 1.2 * radius, 0.6 * radius)
+
     return distance, 2.7 * radius, 1.4 * radius
 
 
 def stenosis(radius, length):
+
     def distance(p):
-        throat = math.exp(-((p[0] - 0.5 * length) / (0.12 * length)) ** 2)
+        throat = math.exp(-((p[0] - 0.5 * length) / (0.12 * length))**2)
         return math.hypot(p[1], p[2]) - radius * (1 - 0.5 * throat)
+
     return distance, 1.2 * radius, 1.2 * radius
 
 
@@ -67,6 +72,7 @@ def bend(radius, length):
         y = 0.5 * swing * (1 - math.cos(2 * math.pi * p[0] / length))
         slope = swing * math.pi / length * math.sin(2 * math.pi * p[0] / length)
         return math.hypot((p[1] - y) / math.hypot(1, slope), p[2]) - radius
+
     return distance, 3.3 * radius, 1.2 * radius
 
 
@@ -76,9 +82,9 @@ class MarchingTetrahedra:
     def __init__(self, distance, spacing, counts, origin):
         self.spacing, self.counts, self.origin = spacing, counts, origin
         least = 0.08 * min(spacing)  # no vertex nearer to a node, so that triangles are not slivers
-        self.value = [math.copysign(max(abs(d), least), d) for d in
-                      (distance(self.point((i, j, k))) for k in range(counts[2] + 1) for j in range(counts[1] + 1)
-                       for i in range(counts[0] + 1))]
+        self.value = [
+            math.copysign(max(abs(d), least), d) for d in (distance(self.point((i, j, k))) for k in range(counts[2] + 1)
+                                                           for j in range(counts[1] + 1) for i in range(counts[0] + 1))]
         self.vertices, self.number, self.triangles = [], {}, []
         self.march()
 

@@ -102,8 +102,9 @@ def animation_of(base):
     """Of base-000.png and so on: a file with another ending beside them, None if no program makes it."""
     if shutil.which("ffmpeg"):
         made = base + ".mp4"
-        words = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", "15", "-i", base + "-%03d.png", "-vf",
-                 "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", made]
+        words = [
+            "ffmpeg", "-y", "-loglevel", "error", "-framerate", "15", "-i", base + "-%03d.png", "-vf",
+            "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", made]
     elif shutil.which("magick"):
         made = base + ".gif"
         words = ["magick", "-delay", "7", "-loop", "0", *sorted(glob.glob(glob.escape(base) + "-[0-9]*.png")), made]
@@ -122,8 +123,8 @@ def largest_gap(told, file):
         if one.startswith("Declare=GapMost="):
             return one.split("=")[2]
     with open(file, encoding="utf-8", errors="replace") as file:
-        return next((found[1] for found in (re.match(r"#ifndef \(GapMost\) #declare GapMost = ([^;]*);", line) for line in file)
-                     if found), "?")
+        return next((found[1] for found in (re.match(r"#ifndef \(GapMost\) #declare GapMost = ([^;]*);", line)
+                                            for line in file) if found), "?")
 
 
 def write_case_files(what, folder):
@@ -131,8 +132,9 @@ def write_case_files(what, folder):
     try:
         import packmesh
     except ImportError:
-        raise command.UnusableError(f"{what}: the Python package packmesh is not installed with its C++ module; write the files for the picture by "
-                                    "packMesh check config.xml --vtp, and render their folder") from None
+        raise command.UnusableError(
+            f"{what}: the Python package packmesh is not installed with its C++ module; write the files for the picture by "
+            "packMesh check config.xml --vtp, and render their folder") from None
     packmesh.Case(what).check(vtp=folder)
 
 
@@ -222,7 +224,8 @@ def render(frames, picture, size, arguments):
         for frame, (file, turn) in enumerate(frames):
             shutil.copy(file, os.path.join(work, "scene.pov"))
             rendered(work, file, f"picture-{frame:03d}.png", size, [*arguments, f"Declare=Turn={turn:g}"])
-            outputs.write(f"{base}-{frame:03d}.png" if film else picture, contents_of(os.path.join(work, f"picture-{frame:03d}.png")))
+            outputs.write(f"{base}-{frame:03d}.png" if film else picture,
+                          contents_of(os.path.join(work, f"picture-{frame:03d}.png")))
         animation = animation_of(os.path.join(work, "picture")) if film else None
         if animation:
             outputs.write(base + os.path.splitext(animation)[1], contents_of(animation))

@@ -40,7 +40,8 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
 
     red = next((name for name in names if is_red(name)), names[0])
     platelets = next((name for name in names if name.startswith("PLT")), None)
-    columns = [("iteration", [step["iteration"] for step in steps], 0), ("time [ms]", [1e3 * step["time"] for step in steps], 3)]
+    columns = [("iteration", [step["iteration"] for step in steps], 0), ("time [ms]", [1e3 * step["time"]
+                                                                                       for step in steps], 3)]
     columns += [(name, of(name, "count"), 0) for name in names]
     inlets = list(dict.fromkeys(name for step in steps for name in step["preInlet"]))
     columns += [(f"{name} (inlet)", [step["preInlet"].get(name) for step in steps], 0) for name in inlets]
@@ -50,10 +51,11 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
     columns += [("layer [µm]", [step["cellFreeLayer"] for step in steps], 2)]
     if platelets:
         columns.append((f"{platelets} at wall", of(platelets, "nearWall"), 2))
-    columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3), ("inclination [°]", of(red, "inclination"), 1),
-                ("volume [%]", of(red, "volumeDrift", 100), 3), ("area [%]", of(red, "areaDrift", 100), 2),
-                ("overlaps", [step["overlaps"] for step in steps], 0),
-                ("self-int.", [step["selfIntersecting"] for step in steps], 0), ("force [pN]", [largest_force(step) for step in steps], 2),
+    columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3),
+                ("inclination [°]", of(red, "inclination"), 1), ("volume [%]", of(red, "volumeDrift", 100), 3),
+                ("area [%]", of(red, "areaDrift", 100), 2), ("overlaps", [step["overlaps"] for step in steps], 0),
+                ("self-int.", [step["selfIntersecting"] for step in steps], 0),
+                ("force [pN]", [largest_force(step) for step in steps], 2),
                 ("flow [µm³/ms]", [None if step["flow"] is None else 1e-3 * step["flow"] for step in steps], 1)]
     return [column for column in columns if any(value is not None for value in column[1])]
 
@@ -68,8 +70,11 @@ def text_of(value: Any, decimals: int) -> str:
 
 
 def rows_of_lost(analysis: RunAnalysis) -> List[List[str]]:
-    return [[one.species, str(one.id), str(one.last), str(one.missing), *(f"{x:.2f}" for x in one.center), f"{one.length:.2f}", one.place]
-            for one in analysis.lost]
+    return [[
+        one.species,
+        str(one.id),
+        str(one.last),
+        str(one.missing), *(f"{x:.2f}" for x in one.center), f"{one.length:.2f}", one.place] for one in analysis.lost]
 
 
 def envelope_of(config: Optional[str], step: Step) -> Optional[float]:
@@ -148,19 +153,21 @@ def outlets_of(lumen: Optional[RunLumen]) -> List[str]:
 def page_data(run: Run, steps: List[Dict[str, Any]], analysis: RunAnalysis) -> Dict[str, Any]:
     columns = columns_of(steps)
     lumen = analysis.lumen
-    return {"title": f"Run {os.path.basename(os.path.abspath(run.folder))}",
-            "subtitle": f"{len(steps)} steps of {os.path.abspath(run.folder)}" + (f", {lumen.description}" if lumen else ""),
-            "species": [], "steps": steps, "nearWall": analysis.near_wall, "axis": "xyz"[lumen.flow_axis] if lumen else None,
-            "entered": analysis.entered, "outlets": outlets_of(lumen),
-            "table": {"heads": ["#" + head for head, _, _ in columns],
-                      "rows": [[text_of(values[i], decimals) for _, values, decimals in columns] for i in range(len(steps))]},
-            "lost": {"heads": HEADS_OF_LOST, "rows": rows_of_lost(analysis)}}
+    return {
+        "title": f"Run {os.path.basename(os.path.abspath(run.folder))}",
+        "subtitle": f"{len(steps)} steps of {os.path.abspath(run.folder)}" + (f", {lumen.description}" if lumen else ""),
+        "species": [], "steps": steps, "nearWall": analysis.near_wall, "axis": "xyz"[lumen.flow_axis] if lumen else None,
+        "entered": analysis.entered, "outlets": outlets_of(lumen), "table": {
+            "heads": ["#" + head for head, _, _ in columns],
+            "rows": [[text_of(values[i], decimals) for _, values, decimals in columns]
+                     for i in range(len(steps))]}, "lost": {"heads": HEADS_OF_LOST, "rows": rows_of_lost(analysis)}}
 
 
 def write_csv(folder: str, steps: List[Dict[str, Any]], analysis: RunAnalysis, outputs: files.Outputs) -> None:
     columns = columns_of(steps)
-    tables = {"steps": [[head for head, _, _ in columns], *zip(*(values for _, values, _ in columns))],
-              "lost": [[head.lstrip("#") for head in HEADS_OF_LOST], *rows_of_lost(analysis)]}
+    tables = {
+        "steps": [[head for head, _, _ in columns], *zip(*(values for _, values, _ in columns))],
+        "lost": [[head.lstrip("#") for head in HEADS_OF_LOST], *rows_of_lost(analysis)]}
     for key in ("along", "byDepth"):
         if steps[0][key]:
             heads, rows = ["iteration", "position [µm]"], []
@@ -169,8 +176,9 @@ def write_csv(folder: str, steps: List[Dict[str, Any]], analysis: RunAnalysis, o
                 profile = step[key]
                 for i in range(max(map(len, profile["fraction"].values()), default=0)):
                     fractions = [profile["fraction"].get(name, []) for name in names]
-                    rows.append([step["iteration"], profile["begin"] + (i + 0.5) * profile["width"],
-                                 *(one[i] if i < len(one) else 0.0 for one in fractions)])
+                    rows.append([
+                        step["iteration"], profile["begin"] + (i + 0.5) * profile["width"], *(one[i] if i < len(one) else 0.0
+                                                                                              for one in fractions)])
             tables["axis" if key == "along" else "wall"] = [heads + names, *rows]
     for name, table in tables.items():
         with outputs.begin_text(os.path.join(folder, name + ".csv")) as stream:
@@ -179,7 +187,8 @@ def write_csv(folder: str, steps: List[Dict[str, Any]], analysis: RunAnalysis, o
 
 def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
     columns = columns_of(steps)
-    table = [[head for head, _, _ in columns]] + [[text_of(values[i], decimals) for _, values, decimals in columns] for i in range(len(steps))]
+    table = [[head for head, _, _ in columns]] + [[text_of(values[i], decimals) for _, values, decimals in columns]
+                                                  for i in range(len(steps))]
     widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
     for row in table:
         files.say("  " + "  ".join(text.rjust(width) for text, width in zip(row, widths)))
@@ -192,7 +201,8 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
     for step in steps:
         crossed = step.get("selfIntersections", [])
         if crossed:
-            names = ", ".join(f"{name} {f'{number}' if isinstance(number, int) else f'at {number}'}" for name, number in crossed[:5])
+            names = ", ".join(f"{name} {f'{number}' if isinstance(number, int) else f'at {number}'}"
+                              for name, number in crossed[:5])
             more = f" and {step['selfIntersecting'] - 5} more" if (step["selfIntersecting"] or 0) > 5 else ""
             files.say(f"Membranes that intersect themselves at iteration {step['iteration']}: {names}{more}")
     for text in analysis.unknown_ids[:1]:
@@ -206,7 +216,8 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
 
 def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:
     """Raises InputError"""
-    within = [one for one in iterations if (words.begin is None or one >= words.begin) and (words.end is None or one <= words.end)]
+    within = [
+        one for one in iterations if (words.begin is None or one >= words.begin) and (words.end is None or one <= words.end)]
     if not within:
         raise InputError(f"there are no such steps; the run has {len(iterations)} from {iterations[0]} to {iterations[-1]}")
     return within[::words.every]
@@ -222,9 +233,11 @@ def parsed() -> argparse.Namespace:
                         help="only every n-th step")
     parser.add_argument("--near-wall", type=command.number(0, 1e6, "a distance [µm]"), default=3.0, metavar="distance",
                         help="of a platelet's centre to the wall [µm] (3)")
-    parser.add_argument("--no-overlaps", action="store_true", help="without the test for overlapping membranes, which takes longest")
+    parser.add_argument("--no-overlaps", action="store_true",
+                        help="without the test for overlapping membranes, which takes longest")
     parser.add_argument("--skip-damaged", action="store_true", help="leave out steps that are incomplete, with a warning")
-    parser.add_argument("--state", metavar="file", help="only write the cells of the last step to a state (.h5), deformed as they are")
+    parser.add_argument("--state", metavar="file",
+                        help="only write the cells of the last step to a state (.h5), deformed as they are")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="page to be written (HTML); default: run.html in the output folder")
     parser.add_argument("--no-page", action="store_true", help="write no page")
@@ -250,7 +263,8 @@ def main() -> None:
         if not words.no_page:
             from packmesh.show import view  # only pages need it
 
-            text = view.page_of(page_data(run, steps, analysis), view.NO_CELLS, ("data", "tables", "plots", "run"), ("chart.min.js",))
+            text = view.page_of(page_data(run, steps, analysis), view.NO_CELLS, ("data", "tables", "plots", "run"),
+                                ("chart.min.js", ))
             outputs.write(page, [text.encode("utf-8", "replace")])
         outputs.commit()
     if not words.no_page:

@@ -50,6 +50,7 @@ def lines(texts: Iterable[str]) -> bytes:
 
 def template_file(kind: Kind) -> File:
     """<Cell>_template.off: the template as packed."""
+
     def pieces() -> Iterator[bytes]:
         yield f"OFF\n{len(kind.vertices)} {len(kind.triangles)} 0\n".encode()
         yield lines(numbers(v) + "\n" for v in kind.vertices.tolist())

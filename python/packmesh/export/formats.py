@@ -16,7 +16,8 @@ from packmesh.io.packing_file import PackingFile, placed
 from packmesh.io.report_file import is_plain
 
 FORMATS: "dict[str, Format]" = {
-    "csv": plain.csv, "espresso": membranes.espresso, "espresso-membranes": membranes.espresso_membranes, "extxyz": particles.extxyz, "gsd": particles.gsd, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
+    "csv": plain.csv, "espresso": membranes.espresso, "espresso-membranes": membranes.espresso_membranes,
+    "extxyz": particles.extxyz, "gsd": particles.gsd, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
     "mirheo": membranes.mirheo, "npfem": membranes.npfem, "stl": plain.stl, "vtk": vtk.points, "vtk-meshes": vtk.membranes}
 
 #: May hold names that others would misread.
@@ -40,9 +41,10 @@ def require_membranes(formats: Sequence[str], undeformed: bool) -> None:
     """Of deformed cells. Raises InputError"""
     poses = [name for name in formats if name not in OF_MEMBRANES]
     if poses and not undeformed:
-        raise InputError(f"export: {' and '.join(poses)} {'holds' if len(poses) == 1 else 'hold'} undeformed cells at the places of these deformed ones, "
-                         f"and they may overlap. {', '.join(OF_MEMBRANES[:-1])} and {OF_MEMBRANES[-1]} hold the membranes. To write undeformed cells "
-                         "nevertheless, add --undeformed (in Python undeformed=True)")
+        raise InputError(
+            f"export: {' and '.join(poses)} {'holds' if len(poses) == 1 else 'hold'} undeformed cells at the places of these deformed ones, "
+            f"and they may overlap. {', '.join(OF_MEMBRANES[:-1])} and {OF_MEMBRANES[-1]} hold the membranes. To write undeformed cells "
+            "nevertheless, add --undeformed (in Python undeformed=True)")
 
 
 def undeformed_text(packing: PackingFile) -> str:
@@ -55,8 +57,9 @@ def undeformed_text(packing: PackingFile) -> str:
 
 def without_pos(names: Sequence[str]) -> str:
     """What is told of species that have no .pos files because their cells are deformed."""
-    return (f"{' and '.join(name + '.pos' for name in names)} {'is not written: it' if len(names) == 1 else 'are not written: they'} cannot have "
-            "cells with meshes of their own; save() writes a state that has them")
+    return (
+        f"{' and '.join(name + '.pos' for name in names)} {'is not written: it' if len(names) == 1 else 'are not written: they'} cannot have "
+        "cells with meshes of their own; save() writes a state that has them")
 
 
 def overlapping_templates(packing: PackingFile) -> Optional[int]:
@@ -66,7 +69,8 @@ def overlapping_templates(packing: PackingFile) -> Optional[int]:
     except ImportError:
         return None
     kinds = [(kind, packing.of(index)) for index, kind in enumerate(packing.kinds)]
-    types = [(placed(kind.vertices, packing.matrices(cells), packing.positions[cells]), 1.0, kind.triangles) for kind, cells in kinds if len(cells)]
+    types = [(placed(kind.vertices, packing.matrices(cells), packing.positions[cells]), 1.0, kind.triangles)
+             for kind, cells in kinds if len(cells)]
     try:
         period = packing.require_lumen().period
     except InputError:  # of an earlier version
@@ -80,8 +84,9 @@ def files_of(packing: PackingFile, formats: Sequence[str]) -> List[File]:
     packing.require_full_size()
     for kind in packing.kinds:
         if any(name not in FOR_LOOKING for name in formats) and not is_cell_name(kind.name):
-            raise InputError(f"export: other programs may misread the name '{kind.name}'; expected a cell name without blanks, "
-                             "control characters, slashes, commas, semicolons, quotes and #, not beginning with one of . = + - @")
+            raise InputError(
+                f"export: other programs may misread the name '{kind.name}'; expected a cell name without blanks, "
+                "control characters, slashes, commas, semicolons, quotes and #, not beginning with one of . = + - @")
     found = {}
     for name in formats:
         if name not in FORMATS:
@@ -105,7 +110,8 @@ def write(exports: Sequence[File], folder: str) -> List[str]:
     return names_of(exports, folder)
 
 
-def write_series(steps: Iterable[Tuple[int, Callable[[], PackingFile]]], formats: Sequence[str], folder: str, undeformed: bool = False) -> List[str]:
+def write_series(steps: Iterable[Tuple[int, Callable[[], PackingFile]]], formats: Sequence[str], folder: str,
+                 undeformed: bool = False) -> List[str]:
     """The files of each step of a run in a folder of its own, step_005000 and so on, and a series for ParaView of each .vtp file, beside
     these folders. steps: their iterations, and what reads the cells; one is in memory at a time. All or none. Returns the names of the
     folders and series. Raises InputError, OutputError"""

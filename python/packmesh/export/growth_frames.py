@@ -38,10 +38,12 @@ class State:
                 raise hdf5_files.Damaged("a cell of no species")
             if not np.isfinite(self.scale).all():
                 raise hdf5_files.Damaged("values out of range")
-        self.data = {"id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
+        self.data = {
+            "id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
         self.linear = self.scale[:, None, None] * matrices_of(np.roll(orientation, -1, axis=1))
 
     def membranes(self, name: str) -> File:
+
         def group(kind: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:
             return (len(vertices), np.flatnonzero(self.species == kind), triangles,
                     lambda one: vertices @ self.linear[one].transpose(0, 2, 1) + self.position[one][:, None])
@@ -49,6 +51,7 @@ class State:
         return vtk.membranes_of(name, [group(kind, *mesh) for kind, mesh in enumerate(self.meshes)], self.data)
 
     def cat_cells(self, name: str, path: str) -> File:
+
         def group(cell: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:
             return len(vertices), np.array([cell]), triangles, lambda one: vertices
 

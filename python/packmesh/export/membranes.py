@@ -28,6 +28,7 @@ def mirheo(packing: PackingFile) -> List[File]:
     lumen = packing.require_lumen()
 
     def file_of(index: int, kind: Kind) -> File:
+
         def pieces() -> Iterator[bytes]:
             for cells in some(packing.of(index)):
                 yield lines(f"{numbers(p)} {numbers(q)}\n" for p, q in zip(
@@ -35,13 +36,15 @@ def mirheo(packing: PackingFile) -> List[File]:
 
         return File(kind.name + ".com_q.txt", pieces)
 
-    return [file for index, kind in enumerate(packing.kinds) if kind.count
-            for file in (file_of(index, kind), template_file(kind))]
+    return [
+        file for index, kind in enumerate(packing.kinds) if kind.count for file in (file_of(index, kind), template_file(kind))]
 
 
 def espresso(packing: PackingFile) -> List[File]:
     """ESPResSo's object-in-fluid cells. It counts triangles as oriented if they are clockwise seen from outside."""
+
     def files_of(index: int, kind: Kind) -> List[File]:
+
         def poses() -> Iterator[bytes]:
             for cells in some(packing.of(index)):  # the same order of the same rotations, in radians
                 radians = packing.angles(cells) * (math.pi / 180)
@@ -53,15 +56,19 @@ def espresso(packing: PackingFile) -> List[File]:
         def triangles() -> Iterator[bytes]:
             yield lines(f"{a} {c} {b}\n" for a, b, c in kind.triangles.tolist())
 
-        return [File(kind.name + "_origin_rotate.dat", poses), File(kind.name + "_nodes.dat", nodes),
-                File(kind.name + "_triangles.dat", triangles)]
+        return [
+            File(kind.name + "_origin_rotate.dat", poses),
+            File(kind.name + "_nodes.dat", nodes),
+            File(kind.name + "_triangles.dat", triangles)]
 
     return [file for index, kind in enumerate(packing.kinds) if kind.count for file in files_of(index, kind)]
 
 
 def espresso_membranes(packing: PackingFile) -> List[File]:
     """The same cells with the vertices of each, to which they are moved: a line for each vertex, cell after cell."""
+
     def file_of(index: int, kind: Kind) -> File:
+
         def vertices() -> Iterator[bytes]:
             for cells in some(packing.of(index), 256):
                 yield lines(numbers(v) + "\n" for v in packing.membranes(index, cells).reshape(-1, 3).tolist())
@@ -103,9 +110,10 @@ def npfem(packing: PackingFile) -> List[File]:
         if one in species:
             raise InputError(f"export to npFEM: it has one kind of red cells and one of platelets, but {kind.name} is a second")
         if kind.origin_in_file is None:
-            raise InputError(f"export to npFEM: {kind.name} {kind.unlike_file or 'is of a state, which names no mesh file'}; it "
-                             "simulates only its own templates: convert its points to a mesh file, and pack that with "
-                             f"--cell-mesh {kind.name} n file --mesh-frame {kind.name} file")
+            raise InputError(
+                f"export to npFEM: {kind.name} {kind.unlike_file or 'is of a state, which names no mesh file'}; it "
+                "simulates only its own templates: convert its points to a mesh file, and pack that with "
+                f"--cell-mesh {kind.name} n file --mesh-frame {kind.name} file")
         species[one] = index
     _require_in_npfems_domain(packing.require_lumen())
 
@@ -114,8 +122,9 @@ def npfem(packing: PackingFile) -> List[File]:
             origin = packing.kinds[index].origin_in_file
             for cells in some(packing.of(index)):
                 shifts = np.array([_turned(q, origin) for q in packing.orientations[cells].tolist()]).reshape(-1, 3)
-                yield lines(f"{number(one)},{numbers(p, ',')},{numbers(a, ',')}\n" for p, a in zip(
-                    (packing.positions[cells] - shifts).tolist(), packing.angles(cells).tolist()))
+                yield lines(f"{number(one)},{numbers(p, ',')},{numbers(a, ',')}\n"
+                            for p, a in zip((packing.positions[cells] - shifts).tolist(),
+                                            packing.angles(cells).tolist()))
 
     return [File("npfem_placing.csv", pieces)]
 

@@ -21,9 +21,10 @@ def extxyz(packing: PackingFile) -> List[File]:
     size = (lumen.high - lumen.low).tolist()
     halves = [numbers((0.5 * np.ptp(kind.vertices, axis=0)).tolist()) for kind in packing.kinds]
     periodic = " ".join("T" if period > 0 else "F" for period in lumen.period)
-    head = (f'{len(packing)}\nLattice="{numbers([size[0], 0.0, 0.0, 0.0, size[1], 0.0, 0.0, 0.0, size[2]])}" '
-            f'Origin="{numbers(lumen.low.tolist())}" pbc="{periodic}" '
-            f'Properties=type:S:1:pos:R:3:id:I:1:orientation:R:4:aspherical_shape:R:3{":gap:R:1" if packing.finished else ""}\n')
+    head = (
+        f'{len(packing)}\nLattice="{numbers([size[0], 0.0, 0.0, 0.0, size[1], 0.0, 0.0, 0.0, size[2]])}" '
+        f'Origin="{numbers(lumen.low.tolist())}" pbc="{periodic}" '
+        f'Properties=type:S:1:pos:R:3:id:I:1:orientation:R:4:aspherical_shape:R:3{":gap:R:1" if packing.finished else ""}\n')
 
     def pieces() -> Iterator[bytes]:
         yield head.encode()
@@ -67,7 +68,8 @@ def _write_gsd(packing: PackingFile, name: str) -> None:
     lumen = packing.require_lumen()
     frame: Any = gsd.hoomd.Frame() if hasattr(gsd.hoomd, "Frame") else gsd.hoomd.Snapshot()  # the latter until version 2.8
     places = packing.positions - 0.5 * (lumen.low + lumen.high)  # HOOMD-blue's boxes are around the origin
-    turns = np.where(lumen.period > 0, np.round(places / np.where(lumen.period > 0, lumen.period, 1)), 0)  # a box holds all its centres
+    turns = np.where(lumen.period > 0, np.round(places / np.where(lumen.period > 0, lumen.period, 1)),
+                     0)  # a box holds all its centres
     frame.configuration.step = 0
     frame.configuration.box = [*(lumen.high - lumen.low), 0, 0, 0]
     particles = frame.particles
@@ -77,7 +79,8 @@ def _write_gsd(packing: PackingFile, name: str) -> None:
     particles.types = [kind.name for kind in packing.kinds]
     particles.typeid = packing.species.astype(np.uint32)
     particles.type_shapes = [_shape(kind.vertices, kind.triangles) for kind in packing.kinds]
-    particles.diameter = np.array([2 * np.linalg.norm(kind.vertices, axis=1).max() for kind in packing.kinds], np.float32)[packing.species]
+    particles.diameter = np.array([2 * np.linalg.norm(kind.vertices, axis=1).max()
+                                   for kind in packing.kinds], np.float32)[packing.species]
     if packing.finished:
         frame.log["particles/gap"] = _gaps(packing)
     with gsd.hoomd.open(name, "w" if hasattr(gsd.hoomd, "Frame") else "wb") as file:

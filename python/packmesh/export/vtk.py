@@ -50,6 +50,7 @@ def base64(pieces: Iterable[bytes]) -> Iterator[bytes]:
 
 def polydata(name: str, arrays: List[Array], points: int, verts: int = 0, lines: int = 0, polys: int = 0) -> File:
     """A file of these arrays. Data belong to the points if these are the cells, too, which are of one point each."""
+
     def content(array: Array) -> Iterator[bytes]:
         """The size in bytes, and the numbers."""
         yield np.int64(array.size).astype("<i8").tobytes()
@@ -60,8 +61,8 @@ def polydata(name: str, arrays: List[Array], points: int, verts: int = 0, lines:
         yield ('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
                f'<PolyData>\n<Piece NumberOfPoints="{points}" NumberOfVerts="{verts}" NumberOfLines="{lines}" '
                f'NumberOfStrips="0" NumberOfPolys="{polys}">\n').encode()
-        for tag, section in (("PointData" if verts else "CellData", "data"), ("Points", "Points"),
-                             ("Verts", "Verts"), *([("Lines", "Lines")] if lines else []), ("Polys", "Polys")):
+        for tag, section in (("PointData" if verts else "CellData", "data"), ("Points", "Points"), ("Verts", "Verts"), *([
+            ("Lines", "Lines")] if lines else []), ("Polys", "Polys")):
             yield f"<{tag}>\n".encode()
             for array in (array for array in arrays if array.section == section):
                 yield (f'<DataArray type="{TYPES[array.type]}" Name="{array.name}" '
@@ -89,7 +90,8 @@ def surface(name: str, points: np.ndarray, triangles: Optional[np.ndarray] = Non
             type_ = index_type(max(len(points), cells.size))
             arrays += [whole(section, "connectivity", type_, 1, cells), whole(section, "offsets", type_, 1, ends)]
     arrays += [whole("data", key, "<i8", 1, values) for key, values in (data or {}).items()]
-    return polydata(name, arrays, len(points), 0, 0 if edges is None else len(edges), 0 if triangles is None else len(triangles))
+    return polydata(name, arrays, len(points), 0, 0 if edges is None else len(edges),
+                    0 if triangles is None else len(triangles))
 
 
 def lumen_file(lumen: Lumen) -> File:
@@ -114,8 +116,7 @@ def _centres(packing: PackingFile, index: int) -> File:
     kind = packing.kinds[index]
 
     def array(section: str, name: str, type_: str, components: int, of: Callable[[np.ndarray], np.ndarray]) -> Array:
-        return Array(section, name, type_, components, kind.count,
-                     lambda: (of(cells) for cells in some(packing.of(index))))
+        return Array(section, name, type_, components, kind.count, lambda: (of(cells) for cells in some(packing.of(index))))
 
     def first() -> int:
         return int(packing.of(index)[0])
@@ -131,7 +132,8 @@ def _centres(packing: PackingFile, index: int) -> File:
         array("data", "species", "<i8", 1, lambda cells: np.full(len(cells), index)),
         array("data", "gap", "<f8", 1, lambda cells: packing.column("gap")[cells]),
         array("data", "local_hematocrit", "<f8", 1, lambda cells: packing.column("local_hematocrit")[cells]),
-        *(array("data", name, "<f8", 1, lambda cells, name=name: packing.column(name)[cells]) for name in DEFORMATION if name in packing.columns),
+        *(array("data", name, "<f8", 1, lambda cells, name=name: packing.column(name)[cells])
+          for name in DEFORMATION if name in packing.columns),
         array("data", "orientation", "<f8", 4, lambda cells: packing.orientations[cells]),
         array("data", "thin_axis", "<f8", 3, thin_axes)], kind.count, verts=kind.count)
 
@@ -139,14 +141,15 @@ def _centres(packing: PackingFile, index: int) -> File:
 def series(frames: Iterable[Tuple[int, str]]) -> bytes:
     """A .pvd file, which ParaView shows as a series: numbers of states, and their files."""
     return ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
-            + "".join(f'    <DataSet timestep="{state}" file="{name}"/>\n' for state, name in frames)
-            + "  </Collection>\n</VTKFile>\n").encode()
+            + "".join(f'    <DataSet timestep="{state}" file="{name}"/>\n'
+                      for state, name in frames) + "  </Collection>\n</VTKFile>\n").encode()
 
 
 def membranes_of(name: str, groups: Sequence[Tuple[int, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]],
                  data: Dict[str, Tuple[str, np.ndarray]]) -> File:
     """All surfaces in single precision. groups: how many cells, their numbers, the triangles of each, and what gives the
     vertices of some of them; data: of each cell by its number, with the type."""
+
     def count(of: Callable[[int, np.ndarray], int]) -> int:
         return sum(len(cells) * of(vertices, triangles) for vertices, cells, triangles, _ in groups)
 
@@ -175,9 +178,10 @@ def membranes_of(name: str, groups: Sequence[Tuple[int, np.ndarray, np.ndarray, 
                 yield np.repeat(values[one], len(triangles))
 
     type_of_corners = index_type(max(number_of_points, 3 * number_of_triangles))
-    arrays = [Array("Points", "Points", "<f4", 3, number_of_points, positions),
-              Array("Polys", "connectivity", type_of_corners, 1, 3 * number_of_triangles, corners),
-              Array("Polys", "offsets", type_of_corners, 1, number_of_triangles, ends)]
+    arrays = [
+        Array("Points", "Points", "<f4", 3, number_of_points, positions),
+        Array("Polys", "connectivity", type_of_corners, 1, 3 * number_of_triangles, corners),
+        Array("Polys", "offsets", type_of_corners, 1, number_of_triangles, ends)]
     for key, (type_, values) in data.items():
         arrays.append(Array("data", key, type_, 1, number_of_triangles, lambda values=values: per_triangle(values)))
     return polydata(name, arrays, number_of_points, polys=number_of_triangles)
@@ -185,14 +189,16 @@ def membranes_of(name: str, groups: Sequence[Tuple[int, np.ndarray, np.ndarray, 
 
 def membranes(packing: PackingFile) -> List[File]:
     """All membranes of each species."""
+
     def file_of(index: int) -> File:
         kind = packing.kinds[index]
         cells = packing.of(index) if len(packing) else np.empty(0, int)
-        return membranes_of(kind.name + "_cells.vtp",
-                            [(len(kind.vertices), cells, kind.triangles, lambda one: packing.membranes(index, one))],
-                            {"id": ("<i4", np.arange(len(packing))), "gap": ("<f4", packing.column("gap")),
-                             "local_hematocrit": ("<f4", packing.column("local_hematocrit")),
-                             **{name: ("<f4", packing.columns[name]) for name in DEFORMATION if name in packing.columns}})
+        return membranes_of(
+            kind.name + "_cells.vtp", [(len(kind.vertices), cells, kind.triangles, lambda one: packing.membranes(index, one))],
+            {
+                "id": ("<i4", np.arange(len(packing))), "gap": ("<f4", packing.column("gap")),
+                "local_hematocrit": ("<f4", packing.column("local_hematocrit")), **{
+                    name: ("<f4", packing.columns[name]) for name in DEFORMATION if name in packing.columns}})
 
     return [file_of(index) for index, kind in enumerate(packing.kinds) if kind.count]
 

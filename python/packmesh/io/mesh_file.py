@@ -19,10 +19,14 @@ from packmesh.errors import InputError
 
 #: Faces of the cells of a volume. packMesh orients them, as programs differ in the order of the corners of wedges.
 _FACES = {
-    "tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
-    "pyramid": [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
-    "wedge": [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
-    "hexahedron": [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]}
+    "tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)], "pyramid": [
+        (0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)], "wedge": [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4),
+                                                                             (2, 0, 3, 5)], "hexahedron": [(0, 3, 2, 1),
+                                                                                                           (4, 5, 6, 7),
+                                                                                                           (0, 1, 5, 4),
+                                                                                                           (1, 2, 6, 5),
+                                                                                                           (2, 3, 7, 6),
+                                                                                                           (3, 0, 4, 7)]}
 #: Corners of cells of higher order come first.
 _CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
@@ -84,7 +88,8 @@ def _by_vtk(name: str) -> Tuple[np.ndarray, Faces]:
         ends, corners = (vtk_to_numpy(array).tolist() for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray()))
         for begin, end in zip(ends, ends[1:]):
             face = corners[begin:end]
-            faces.extend([(face[k + k % 2], face[k + 1 - k % 2], face[k + 2]) for k in range(len(face) - 2)] if strips else [tuple(face)])
+            faces.extend([(face[k + k % 2], face[k + 1 - k % 2], face[k + 2])
+                          for k in range(len(face) - 2)] if strips else [tuple(face)])
     return vtk_to_numpy(data.GetPoints().GetData()).astype(float), faces
 
 

@@ -22,8 +22,9 @@ DEFORMATION = ("force", "volume_change", "area_change", "triangle_change", "edge
 _ROUNDING = 1e-6  # of unit quaternions and scales
 _FARTHEST = 1e9  # coordinate of a cell [µm]
 #: Of tables of cells that are known.
-_COLUMNS = {"position": 3, "orientation": 4, "membrane": 0, "gap": 0, "local_hematocrit": 0, "scale": 0, "angles": 3,
-            **dict.fromkeys(DEFORMATION, 0)}
+_COLUMNS = {
+    "position": 3, "orientation": 4, "membrane": 0, "gap": 0, "local_hematocrit": 0, "scale": 0, "angles": 3,
+    **dict.fromkeys(DEFORMATION, 0)}
 _REQUIRED = ("position", "orientation")
 
 
@@ -96,8 +97,9 @@ class PackingFile:
         order = np.argsort(species, kind="stable")
         in_order = order if np.any(np.diff(species) < 0) else slice(None)
         self.species = species[in_order]
-        stored = {name: cells.table(name, _COLUMNS.get(name), whole=name == "membrane")
-                  for name in (*_COLUMNS, *cells.names()) if name not in ("id", "species", "shape") and (name in cells or name in _REQUIRED)}
+        stored = {
+            name: cells.table(name, _COLUMNS.get(name), whole=name == "membrane") for name in (*_COLUMNS, *cells.names())
+            if name not in ("id", "species", "shape") and (name in cells or name in _REQUIRED)}
         if {len(table) if table.ndim else 0 for table in (*stored.values(), species)} != {len(species)}:
             raise Damaged("tables of different sizes")
         stored = {name: table[in_order] for name, table in stored.items()}
@@ -107,7 +109,8 @@ class PackingFile:
         self._part, self._row = part_of_cell[in_order], rows
         self._membranes = {i: part.table("membranes") for i, part in enumerate(parts) if "membranes" in part}
         self.columns: Dict[str, np.ndarray] = stored
-        if not np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING) or np.abs(self.positions).max(initial=0) > _FARTHEST:
+        if not np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING) or np.abs(
+                self.positions).max(initial=0) > _FARTHEST:
             raise Damaged("values out of range")
         is_packing = file.has_attribute("kind")
         if is_packing and (file.text("kind"), file.whole("version")) != ("packMesh packing", 1):
@@ -124,9 +127,12 @@ class PackingFile:
         for number, name in enumerate(names):
             part = parts[of_part.index(number)]
             origin = part.table("origin_in_file", 3) if "origin_in_file" in part else []
-            self.kinds.append(Kind(name, part.whole("count") if is_packing else int(counts[number]),
-                                   bool(part.number("red")) if part.has_attribute("red") else True, *part.mesh(),
-                                   origin[0] if len(origin) else None, part.text("unlike_file") if part.has_attribute("unlike_file") else ""))
+            self.kinds.append(
+                Kind(name,
+                     part.whole("count") if is_packing else int(counts[number]),
+                     bool(part.number("red")) if part.has_attribute("red") else True, *part.mesh(),
+                     origin[0] if len(origin) else None,
+                     part.text("unlike_file") if part.has_attribute("unlike_file") else ""))
         self._require_membranes(parts)
         self.lumen = _lumen_of(file)
         self.faults = _faults_of(file, len(self.species))
@@ -136,7 +142,8 @@ class PackingFile:
             rows = self._row[(self._part == i) & self.deformed] if self._row is not None else np.zeros(0, int)
             vertices = part.mesh()[0]
             membranes = self._membranes.get(i, np.zeros((0, *vertices.shape)))
-            if membranes.shape[1:] != vertices.shape or rows.max(initial=-1) >= len(membranes) or not np.isfinite(membranes).all():
+            if membranes.shape[1:] != vertices.shape or rows.max(
+                    initial=-1) >= len(membranes) or not np.isfinite(membranes).all():
                 raise Damaged("'membranes' are not those of its cells")
 
     def __len__(self) -> int:
@@ -254,5 +261,5 @@ def _faults_of(file: Group, cells: int) -> Faults:
     for numbers in (pairs, misplaced, crossed):
         if numbers.size and not 0 <= numbers.min() <= numbers.max() < cells:
             raise Damaged("faults of no cell")
-    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i))) for i, cell in enumerate(misplaced)],
-                  [int(cell) for cell in crossed])
+    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i)))
+                                                         for i, cell in enumerate(misplaced)], [int(cell) for cell in crossed])

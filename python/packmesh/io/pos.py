@@ -41,7 +41,7 @@ def pos_rows(cells: Mapping[str, Any]) -> List[Tuple[str, np.ndarray]]:
             rows = np.asarray(lines, float)
         except (TypeError, ValueError):
             raise InputError(f"the cells '{name}': expected an array of shape (n, 6)") from None
-        rows = np.empty((0, 6)) if rows.shape == (0,) else rows
+        rows = np.empty((0, 6)) if rows.shape == (0, ) else rows
         if rows.ndim != 2 or rows.shape[1] != 6:
             raise InputError(f"the cells '{name}': expected an array of shape (n, 6)")
         found.append((name, rows))
@@ -53,4 +53,5 @@ def write_pos(folder: Path, cells: Mapping[str, Any]) -> None:
 
     Numbers are written with as many digits as read back to the same bits, as the program writes them.
     """
-    _packmesh.write_pos(file_name("folder", folder, "a folder"), pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))
+    _packmesh.write_pos(file_name("folder", folder, "a folder"),
+                        pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))

@@ -18,7 +18,9 @@ def _fail(place: str, expected: str, value: Any) -> None:
     text = json.dumps(value) if value is None or isinstance(value, (bool, str)) else f"a {type(value).__name__}"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         text = f"{value!r}" if isinstance(value, float) or abs(value) < _LARGEST else "a number out of range"
-    raise InputError(f"a value is not what it should be: {place or 'report'}: expected {expected}, found {text if len(text) < 80 else text[:77] + '...'}")
+    raise InputError(
+        f"a value is not what it should be: {place or 'report'}: expected {expected}, found {text if len(text) < 80 else text[:77] + '...'}"
+    )
 
 
 def number(value: Any, place: str) -> None:
@@ -46,24 +48,29 @@ def anything(_value: Any, _place: str) -> None:
 
 
 def maybe(check: Check) -> Check:
+
     def checked(value: Any, place: str) -> None:
         if value is not None:
             check(value, place)
+
     return checked
 
 
 def each(check: Check, size: Optional[int] = None, least: int = 0) -> Check:
     """A list of so many of these."""
+
     def checked(value: Any, place: str) -> None:
         if not isinstance(value, list) or len(value) < least or (size is not None and len(value) != size):
             _fail(place, f"a list of {size}" if size is not None else f"a list of {least} or more", value)
         for i, one in enumerate(value):
             check(one, f"{place}[{i}]")
+
     return checked
 
 
 def members(**checks: Check) -> Check:
     """An object with these members, and perhaps others."""
+
     def checked(value: Any, place: str) -> None:
         if not isinstance(value, dict):
             _fail(place, "an object", value)
@@ -71,32 +78,40 @@ def members(**checks: Check) -> Check:
             if name not in value:
                 raise InputError(f"there is no '{name}'" + (f" in {place}" if place else ""))
             check(value[name], f"{place}.{name}" if place else name)
+
     return checked
 
 
 def some_of(*names: str, check: Check) -> Check:
     """An object of these members, of which any can be missing."""
+
     def checked(value: Any, place: str) -> None:
         if not isinstance(value, dict) or not set(value) <= set(names):
             _fail(place, f"an object with {', '.join(names)}", value)
         for name, one in value.items():
             check(one, f"{place}.{name}")
+
     return checked
 
 
-_OF_PROFILE = {"begin": number, "width": number, "lumen": each(number, least=1), "red": each(number, least=1),
-               "species": each(members(name=text, fraction=each(number), error=each(number)))}
+_OF_PROFILE = {
+    "begin": number, "width": number, "lumen": each(number, least=1), "red": each(number, least=1),
+    "species": each(members(name=text, fraction=each(number), error=each(number)))}
 _ASKED = maybe(members(species=each(members(fraction=each(maybe(number))))))
 _WALL = members(**_OF_PROFILE, asked=_ASKED, cellFreeLayer=each(members(share=number, thickness=maybe(number)), least=1))
-_GAPS = members(name=text, width=number, counts=each(count, least=1), beyond=count, minimum=maybe(number), mean=maybe(number), median=maybe(number))
-_ORIENTATION = members(name=text, cells=count, nematic=maybe(number), eigenvalues=maybe(each(number, 3)), director=maybe(each(number, 3)),
-                       cosines=each(each(count, 10), 3), tensor=maybe(each(each(number, 3), 3)))
-_SPECIES = members(name=text, redCell=boolean, asked=anything, stock=anything, placed=count, meshVolume=number, vertices=count, triangles=count,
-                   size=each(number, 3), volumeFraction=maybe(number), minimumDistanceFromSolid=anything)
+_GAPS = members(name=text, width=number, counts=each(count, least=1), beyond=count, minimum=maybe(number), mean=maybe(number),
+                median=maybe(number))
+_ORIENTATION = members(name=text, cells=count, nematic=maybe(number), eigenvalues=maybe(each(number, 3)),
+                       director=maybe(each(number, 3)), cosines=each(each(count, 10), 3), tensor=maybe(each(each(number, 3),
+                                                                                                            3)))
+_SPECIES = members(name=text, redCell=boolean, asked=anything, stock=anything, placed=count, meshVolume=number, vertices=count,
+                   triangles=count, size=each(number, 3), volumeFraction=maybe(number), minimumDistanceFromSolid=anything)
 _REPORT = members(
-    program=members(version=text, commit=text), outcome=text, configuration=members(seed=anything), species=each(_SPECIES, least=1),
-    lumen=members(description=text, wall=boolean), hematocrit=each(members(convention=text, ofLumen=number, ofFluidNodes=maybe(number)), least=1),
-    certificate=members(clean=boolean, cells=count, minimumGap=maybe(number), minimumWallGap=maybe(number)),
+    program=members(version=text, commit=text), outcome=text, configuration=members(seed=anything),
+    species=each(_SPECIES, least=1), lumen=members(description=text, wall=boolean),
+    hematocrit=each(members(convention=text, ofLumen=number, ofFluidNodes=maybe(number)),
+                    least=1), certificate=members(clean=boolean, cells=count, minimumGap=maybe(number),
+                                                  minimumWallGap=maybe(number)),
     measures=members(wall=maybe(_WALL), axial=some_of("x", "y", "z", check=members(**_OF_PROFILE)), gaps=each(_GAPS, least=1),
                      orientation=each(_ORIENTATION, least=1)),
     statistics=members(sweeps=number, growth=maybe(members(iterations=number))), times=members(cpu=number, wall=number))
@@ -126,7 +141,8 @@ def _parts(report: Any) -> Iterator[Any]:
         if depth > _DEEPEST:
             raise InputError("is not a report of packMesh: its parts are nested too deeply")
         yield part
-        left += [(one, depth + 1) for one in (part.values() if isinstance(part, dict) else part if isinstance(part, list) else ())]
+        left += [(one, depth + 1)
+                 for one in (part.values() if isinstance(part, dict) else part if isinstance(part, list) else ())]
 
 
 def is_plain(text: str) -> bool:
@@ -158,7 +174,8 @@ def read_report(path: str) -> Any:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError):
-        raise InputError(f"{path}: is not a report of packMesh (packMesh --report report.json): it is not a JSON file") from None
+        raise InputError(
+            f"{path}: is not a report of packMesh (packMesh --report report.json): it is not a JSON file") from None
     if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
         raise InputError(f"{path}: is not a report of packMesh")
     if report.get("schemaVersion") != 1:

@@ -62,7 +62,9 @@ class StateFile:
     def read(self) -> Stored:
         """Raises InputError if it is another one by now"""
         if not self._version or self._found() != self._version:
-            raise InputError(f"{self.path}: is no longer the file that the packing was loaded from, so the packing can neither be pickled nor saved")
+            raise InputError(
+                f"{self.path}: is no longer the file that the packing was loaded from, so the packing can neither be pickled nor saved"
+            )
         with open(self.path, "rb") as file:
             return Stored(file.read(), self.path)
 
@@ -100,6 +102,7 @@ def _moved(content: bytes, folder: str) -> bytes:
         state.write_bytes(content)
         with h5py.File(state, "r+") as file:
             del file["request/text"]
-            file["request"].create_dataset("text", data=np.frombuffer(json.dumps(whole(json.loads(text)), ensure_ascii=False).encode(), np.uint8))
+            file["request"].create_dataset(
+                "text", data=np.frombuffer(json.dumps(whole(json.loads(text)), ensure_ascii=False).encode(), np.uint8))
         _packmesh.seal_state(str(state))
         return state.read_bytes()

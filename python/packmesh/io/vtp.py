@@ -49,7 +49,8 @@ def _require_valid(found):
     for corners in (*found.lines, *found.triangles):
         if not all(0 <= corner < count for corner in corners):
             raise ValueError("a corner is no point")
-    if not all(isinstance(point, tuple) and len(point) == 3 and all(abs(x) < FARTHEST for x in point) for point in found.points):
+    if not all(
+            isinstance(point, tuple) and len(point) == 3 and all(abs(x) < FARTHEST for x in point) for point in found.points):
         raise ValueError("a point is no place")
 
 
@@ -65,7 +66,7 @@ def _parsed(content):
             data = appended[int(element.get("offset")):]
         else:
             data = memoryview(base64.b64decode(element.text.strip(), validate=True))
-        (size,) = struct.unpack_from("<q", data)
+        (size, ) = struct.unpack_from("<q", data)
         if not 0 <= size <= len(data) - 8:
             raise ValueError("too short")
         values = array.array(TYPES[element.get("type")])
@@ -79,8 +80,8 @@ def _parsed(content):
         arrays = {one.get("Name"): numbers(one) for one in piece.findall(tag + "/DataArray")}
         return tuples(arrays["connectivity"], corners) if arrays else []
 
-    return PolyData(numbers(piece.find("Points/DataArray")), cells("Lines", 2), cells("Polys", 3),
-                    {one.get("Name"): numbers(one) for one in piece.findall("CellData/DataArray") or piece.findall("PointData/DataArray")})
+    return PolyData(numbers(piece.find("Points/DataArray")), cells("Lines", 2), cells("Polys", 3), {
+        one.get("Name"): numbers(one) for one in piece.findall("CellData/DataArray") or piece.findall("PointData/DataArray")})
 
 
 def tuples(values, size):

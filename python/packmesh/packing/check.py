@@ -19,10 +19,14 @@ from packmesh.run.deformed_packing import DeformedCheck, DeformedPacking
 
 
 @overload
-def check(what: DeformedPacking) -> DeformedCheck: ...
+def check(what: DeformedPacking) -> DeformedCheck:
+    ...
+
+
 @overload
 def check(
-    what: Union[Path, Packing], *,
+    what: Union[Path, Packing],
+    *,
     case: Optional[Path] = ...,
     box: Union[Box, Vector, None] = ...,
     cylinder: Union[Cylinder, Tuple[str, Number, Number], None] = ...,
@@ -39,7 +43,8 @@ def check(
     wall_clearance: Optional[Number] = ...,
     vtp: Optional[Path] = ...,
     report: Optional[Path] = ...,
-) -> Check: ...
+) -> Check:
+    ...
 
 
 def check(
@@ -70,8 +75,9 @@ def check(
     former, `report` a file for the latter.
     """
     given = dict(locals())
-    stated = [name for name, parameter in inspect.signature(check).parameters.items()
-              if name != "what" and given[name] is not parameter.default]
+    stated = [
+        name for name, parameter in inspect.signature(check).parameters.items()
+        if name != "what" and given[name] is not parameter.default]
     if isinstance(what, (Packing, DeformedPacking)):
         if stated:
             raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")

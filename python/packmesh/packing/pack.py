@@ -203,8 +203,8 @@ def _listening(listener: Any, comm: Any) -> Iterator[Optional[Callable[..., Any]
 
 
 #: Arguments of pack() that packing_of() takes.
-_OF_LUMEN = ("case", "box", "cylinder", "sphere", "vessel", "scale", "open_axis", "flat_openings", "obstacles", "walls", "ends", "dx", "pre_inlet",
-             "pre_inlet_slice", "pre_inlet_ranges", "species", "fluid_volume", "threads", "state")
+_OF_LUMEN = ("case", "box", "cylinder", "sphere", "vessel", "scale", "open_axis", "flat_openings", "obstacles", "walls", "ends",
+             "dx", "pre_inlet", "pre_inlet_slice", "pre_inlet_ranges", "species", "fluid_volume", "threads", "state")
 
 
 def packing_of(cells: Mapping[str, Any], **options: Any) -> Packing:
@@ -283,12 +283,14 @@ def _asked(**given: Any) -> Dict[str, Any]:
     asked.profile(given["profile"])
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None)
-    for name in ("hematocrit", "discharge_hematocrit", "platelets", "flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice",
-                 "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder", "order", "max_force", "max_volume_change",
-                 "max_area_change", "seed", "max_time", "max_iterations", "threads", "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
+    for name in ("hematocrit", "discharge_hematocrit", "platelets", "flat_openings", "ends", "walls", "dx", "pre_inlet",
+                 "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance", "cell_free_layer", "method", "builder",
+                 "order", "max_force", "max_volume_change", "max_area_change", "seed", "max_time", "max_iterations", "threads",
+                 "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         asked.set(name, given[name])
     ranges = mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}')
-    asked.give("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")] for axis, planes in ranges.items()])
+    asked.give("preInletRange", ranges, [[axis, *several("pre_inlet_ranges", planes, 2, "two planes")]
+                                         for axis, planes in ranges.items()])
     growth = mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}')
     asked.give("growth", growth, {name: value_of(f'growth["{name}"]', value) for name, value in growth.items()})
     asked.spacings(given["also_dx"])
@@ -326,11 +328,13 @@ def _as_cells(option: str, source: Any, request: Dict[str, Any]) -> Any:
     if not vertices:
         return source
     if len(vertices) < len(arrays):
-        raise InputError(f"the cells {', '.join(map(repr, arrays))}: expected vertices, shape (n, V, 3), of all kinds of cells, or lines of .pos files, "
-                         "shape (n, 6), of all")
+        raise InputError(
+            f"the cells {', '.join(map(repr, arrays))}: expected vertices, shape (n, V, 3), of all kinds of cells, or lines of .pos files, "
+            "shape (n, 6), of all")
     species = {one["name"]: one for one in request.get("species", []) if one["name"] in vertices}
-    counted = [{**{key: value for key, value in species.get(name, {"name": name}).items() if key != "ratio"}, "count": len(cells)}
-               for name, cells in vertices.items()]
+    counted = [
+        {**{key: value for key, value in species.get(name, {"name": name}).items() if key != "ratio"}, "count": len(cells)}
+        for name, cells in vertices.items()]
     lumen = {key: request[key] for key in ("config", "box", "container", "dx") if key in request}
     templates = _packmesh.templates({**lumen, "species": counted})
     kinds = []
@@ -339,7 +343,9 @@ def _as_cells(option: str, source: Any, request: Dict[str, Any]) -> Any:
         if cells.dtype.kind not in "fiu" or not np.isfinite(cells).all():
             raise InputError(f"the cells '{name}': expected finite numbers")
         if cells.shape[1:] != template.shape:
-            raise InputError(f"the cells '{name}': expected vertices of shape (n, {len(template)}, 3), in the order of the template, found {cells.shape}")
+            raise InputError(
+                f"the cells '{name}': expected vertices of shape (n, {len(template)}, 3), in the order of the template, found {cells.shape}"
+            )
         rotations, positions, _ = rigid_fits(template, cells)
         bodies = np.einsum("nvi,nij->nvj", cells - positions[:, None], rotations)
         kinds.append((name, template, triangles, positions, quaternions_of(rotations), bodies))

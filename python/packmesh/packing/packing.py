@@ -78,8 +78,9 @@ class Certificate(ByValue):
 
     @classmethod
     def _of(cls, values: Dict[str, Any]) -> Certificate:
-        lists: Dict[str, Any] = {"overlapping": [Overlap(*one) for one in values["overlapping"]],
-                                 "misplaced": [Misplaced(*one) for one in values["misplaced"]]}
+        lists: Dict[str, Any] = {
+            "overlapping": [Overlap(*one)
+                            for one in values["overlapping"]], "misplaced": [Misplaced(*one) for one in values["misplaced"]]}
         return cls(**{**values, **lists})
 
 
@@ -104,9 +105,8 @@ class Check(ByValue):
 
     @classmethod
     def _of(cls, values: Dict[str, Any]) -> Check:
-        return cls(values["clean"], dict(zip(values["names"], values["counts"])),
-                   Certificate._of(values["certificate"]), values["dropped"] if values["knows_acceptance"] else None,
-                   values["hematocrit"], values["unchecked"])
+        return cls(values["clean"], dict(zip(values["names"], values["counts"])), Certificate._of(values["certificate"]),
+                   values["dropped"] if values["knows_acceptance"] else None, values["hematocrit"], values["unchecked"])
 
     def __bool__(self) -> bool:
         return self.clean
@@ -132,9 +132,8 @@ class Profile(ByValue):
     @classmethod
     def _of(cls, values: Dict[str, Any]) -> Profile:
         layers = len(values["lumen"])
-        return cls(values["begin"] + (np.arange(layers) + 0.5) * values["width"], values["width"],
-                   np.array(values["lumen"]), np.array(values["red"]),
-                   {s["name"]: np.array(s["fraction"]) for s in values["species"]},
+        return cls(values["begin"] + (np.arange(layers) + 0.5) * values["width"], values["width"], np.array(values["lumen"]),
+                   np.array(values["red"]), {s["name"]: np.array(s["fraction"]) for s in values["species"]},
                    {s["name"]: np.array(s["error"]) for s in values["species"]})
 
 
@@ -161,9 +160,10 @@ class Packing(CellPacking):
 
     def __reduce__(self) -> Tuple[Any, ...]:
         if self._comm is not None and self._comm.size > 1:
-            raise InputError("a packing that several ranks share cannot be pickled: each has some of its cells; save() and load() them")
+            raise InputError(
+                "a packing that several ranks share cannot be pickled: each has some of its cells; save() and load() them")
         source = self._source.read() if isinstance(self._source, StateFile) else self._source
-        return _unpickled, (source or Stored.saved_by(self.save),)
+        return _unpickled, (source or Stored.saved_by(self.save), )
 
     @property
     def counts(self) -> Dict[str, int]:
@@ -207,8 +207,8 @@ class Packing(CellPacking):
         if words is None and self._state:
             words = ["packMesh", "--restart", self._state]
         if words is None:
-            raise InputError("command: no command has arrays; save() the packing first" if self.request else
-                             "command: the packing is of an earlier version, which reads what was asked for")
+            raise InputError("command: no command has arrays; save() the packing first" if self.
+                             request else "command: the packing is of an earlier version, which reads what was asked for")
         return words
 
     def template(self, name: str) -> Tuple[Floats, Integers]:
@@ -375,7 +375,8 @@ class Packing(CellPacking):
                     os.remove(name)
 
     @contextlib.contextmanager
-    def _exports(self, folder: str, formats: Sequence[str], undeformed: bool) -> Iterator[Tuple[List[str], Callable[[], List[pathlib.Path]]]]:
+    def _exports(self, folder: str, formats: Sequence[str],
+                 undeformed: bool) -> Iterator[Tuple[List[str], Callable[[], List[pathlib.Path]]]]:
         """The names of the files of these formats, and what writes them and returns their paths."""
         with self._tables(folder) as tables:
             exports = self._on_first_rank(lambda: exported(PackingFile(tables), formats, undeformed), keeps=True)

@@ -256,11 +256,13 @@ class Asked:
             self.request["regions"] = [self._region(str(i), region) for i, region in enumerate(regions)]
 
     def _region(self, of: str, region: Region) -> Dict[str, Any]:
-        stated: Dict[str, Any] = {name: value_of(f"regions[{of}].{name}", value)
-                                  for name, value in (("hematocrit", region.hematocrit), ("count", region.count)) if value is not None}
+        stated: Dict[str, Any] = {
+            name: value_of(f"regions[{of}].{name}", value)
+            for name, value in (("hematocrit", region.hematocrit), ("count", region.count)) if value is not None}
         if region.species is not None:
             species = mapping(f"regions[{of}].species", region.species, '{"PLT": 50}')
-            stated["species"] = [{"name": value_of(f"regions[{of}].species", name), "count": value_of(f"regions[{of}].species", count)}
+            stated["species"] = [{
+                "name": value_of(f"regions[{of}].species", name), "count": value_of(f"regions[{of}].species", count)}
                                  for name, count in species.items()]
         return {**stated, "body": self._body("regions", of, region.body)}
 
@@ -290,8 +292,9 @@ class Asked:
     def _attributes(self, name: str, cells: Species) -> Dict[str, Any]:
         values = {field.name: getattr(cells, field.name) for field in dataclasses.fields(cells)}
         mesh = values.pop("mesh")
-        stated = {_ATTRIBUTES.get(key, camel(key)): value_of(f'species["{name}"].{key}', value)
-                  for key, value in values.items() if value is not None}
+        stated = {
+            _ATTRIBUTES.get(key, camel(key)): value_of(f'species["{name}"].{key}', value) for key, value in values.items()
+            if value is not None}
         if mesh is not None:
             stated["file"] = self._mesh("species", name, mesh)
         return {"name": plain("species", name), **stated}
@@ -318,8 +321,9 @@ class Asked:
             self.request["profile"] = _packmesh.Numbers("profile", "", list(columns.items()))
             return
         if not isinstance(source, (str, os.PathLike)):
-            raise InputError("profile: expected a file, \"developed\" or columns such as {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}, "
-                             f"found {source!r}")
+            raise InputError(
+                "profile: expected a file, \"developed\" or columns such as {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}, "
+                f"found {source!r}")
         self.set("profile", source)
         if source != "developed":
             existing(self.request["profile"])
@@ -338,7 +342,9 @@ class Asked:
         elif isinstance(source, Cells):
             source = [_numbers_of_cells(option, source)] if source.deformed else {source.name: source}
         if isinstance(source, Mapping):
-            source = {name: lines._of_all_ranks(lines.pos_lines) if isinstance(lines, Cells) else lines for name, lines in source.items()}
+            source = {
+                name: lines._of_all_ranks(lines.pos_lines) if isinstance(lines, Cells) else lines
+                for name, lines in source.items()}
             rows = [(name.strip(), lines) for name, lines in pos_rows(source)]
             source = [_packmesh.Numbers(option, "", rows)] if rows else []
         what = 'files, {"RBC": array of shape (n, 6)}, a Packing or its cells of a species, a run or a step of one'
@@ -362,8 +368,9 @@ class Asked:
             self.request["blood"] = source._numbers("blood")
             return
         if not isinstance(source, (str, os.PathLike)):
-            raise InputError("blood: expected a state file, the output folder of a run, a run or a step of one, or a packing with deformed cells, "
-                             f"found {source!r}")
+            raise InputError(
+                "blood: expected a state file, the output folder of a run, a run or a step of one, or a packing with deformed cells, "
+                f"found {source!r}")
         self.request["blood"] = existing(file_name("blood", source))
 
 

@@ -99,7 +99,8 @@ class RunFolder:
         found = names_in(self.steps[iteration], iteration)
         for name, (other, block) in self.types().items():
             if name not in found and not name.startswith(NO_CELLS):
-                raise InputError(f"{self.expected(iteration, name, found, block)}: is missing, as iteration {other} has such a file")
+                raise InputError(
+                    f"{self.expected(iteration, name, found, block)}: is missing, as iteration {other} has such a file")
         return found
 
     def expected(self, iteration: int, name: str, found: Dict[str, Dict[int, str]], block: int = 0) -> str:
@@ -171,9 +172,12 @@ def header_of(path: str, block: int, iteration: int) -> BlockFile:
         names = file.names()
         if "Position" not in names:
             raise InputError(f"{path}: has no positions; expected OUTPUT_POSITION among the outputs of the case")
-        rows = {name: file.dataset(name, _COLUMNS.get(name), whole=name == "Triangles").shape[0] for name in names if name != "InnerLinks"}
-        stated = {name: file.whole(name) for name in ("iteration", "numberOfProcessors", "numberOfParticles", "numberOfTriangles")
-                  if file.has_attribute(name)}
+        rows = {
+            name: file.dataset(name, _COLUMNS.get(name), whole=name == "Triangles").shape[0] for name in names
+            if name != "InnerLinks"}
+        stated = {
+            name: file.whole(name) for name in ("iteration", "numberOfProcessors", "numberOfParticles", "numberOfTriangles")
+            if file.has_attribute(name)}
         dx, dt = file.number("dx"), file.number("dt")
     if stated["iteration"] != iteration:
         raise InputError(f"{path}: contains iteration {stated['iteration']}; its name says {iteration}")
@@ -216,7 +220,8 @@ def layout_of(header: BlockFile) -> Optional[Layout]:
 def require_whole_cells(header: BlockFile, layout: Optional[Layout]) -> None:
     """Raises InputError if the file has parts of cells"""
     if layout is not None and header.rows % layout.vertices:
-        raise InputError(f"{header.path}: has {header.rows} positions, not a whole number of cells with {layout.vertices} vertices")
+        raise InputError(
+            f"{header.path}: has {header.rows} positions, not a whole number of cells with {layout.vertices} vertices")
 
 
 def _by_triangles(header: BlockFile) -> Layout:
@@ -267,7 +272,8 @@ def micrometres_per_unit(positions: np.ndarray, dx: float) -> float:
     return 1e6 if np.ptp(positions, axis=-2).max() < _OF_ANY_SIZE else dx
 
 
-def cells_in(header: BlockFile, layout: Layout, name: str, numbers: Optional[np.ndarray] = None) -> Iterator[Tuple[np.ndarray, np.ndarray]]:
+def cells_in(header: BlockFile, layout: Layout, name: str,
+             numbers: Optional[np.ndarray] = None) -> Iterator[Tuple[np.ndarray, np.ndarray]]:
     """Numbers of cells in the file, ascending, and their rows of a dataset as written, shape (n, V, k); some cells at a time.
 
     Raises InputError

@@ -67,7 +67,8 @@ def other_tables(folder: str, step: str, known: Container[str]) -> Iterator[Tupl
 def require_no_more(table: CellTable, cells: Copies) -> None:
     """Raises InputError if the table has more cells than the files"""
     if len(table.ids) > len(cells):
-        raise InputError(f"{table.path}: lists {len(table.ids)} cells, but the files of the step have {len(cells)}; are all blocks there?")
+        raise InputError(
+            f"{table.path}: lists {len(table.ids)} cells, but the files of the step have {len(cells)}; are all blocks there?")
 
 
 def base_ids_of(cells: Copies, table: CellTable, scale: float) -> Optional[np.ndarray]:

@@ -66,7 +66,8 @@ class DeformedPacking(CellPacking):
         self._place, self._vertices, self._templates, self._period = place, vertices, templates, period
         self._origin = ""  # of a step
         self._lumen: Optional[RunLumen] = None
-        self._box: Optional[Tuple[np.ndarray, np.ndarray, np.ndarray]] = None  # corners and period of a lumen of which no case is known
+        self._box: Optional[Tuple[np.ndarray, np.ndarray,
+                                  np.ndarray]] = None  # corners and period of a lumen of which no case is known
         self._state: Optional[StateFile] = None  # what it was loaded from
         fits = [rigid_fits(templates[name][0], cells) for name, cells in vertices.items()]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
@@ -83,15 +84,17 @@ class DeformedPacking(CellPacking):
         return packing
 
     @classmethod
-    def of_step(cls, place: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template], period: np.ndarray, origin: str,
-                lumen: Optional[RunLumen], domain: Optional[Tuple[np.ndarray, np.ndarray]]) -> DeformedPacking:
+    def of_step(cls, place: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template], period: np.ndarray,
+                origin: str, lumen: Optional[RunLumen], domain: Optional[Tuple[np.ndarray, np.ndarray]]) -> DeformedPacking:
         """origin: iteration and what became of the cells; domain: corners of the fluid [µm], infinite along axes where they are not known"""
         packing = cls(place, vertices, templates, period)
         packing._origin, packing._lumen = origin, lumen
         every = np.concatenate([cells.reshape(-1, 3) for cells in vertices.values()])
         if lumen is None and domain is not None and len(every):
             known = np.isfinite(domain[1])
-            low, high = np.where(known, domain[0], every.min(axis=0) - _AROUND), np.where(known, domain[1], every.max(axis=0) + _AROUND)
+            low, high = np.where(known, domain[0],
+                                 every.min(axis=0) - _AROUND), np.where(known, domain[1],
+                                                                        every.max(axis=0) + _AROUND)
             packing._box = low, high, high - low
         return packing
 
@@ -139,11 +142,14 @@ class DeformedPacking(CellPacking):
     def hematocrit(self) -> float:
         """Volume of the deformed red cells over that of the lumen. Raises InputError without a case"""
         if self._lumen is None and self._state is not None:
-            raise InputError(f"{self._place}: has no case, to whose lumen a hematocrit refers; packmesh.check(file, case=...) refers to that of a case")
+            raise InputError(
+                f"{self._place}: has no case, to whose lumen a hematocrit refers; packmesh.check(file, case=...) refers to that of a case"
+            )
         if self._lumen is None:
             raise InputError(f"{self._place}: its lumen is not known; state config")
-        volume = sum(float(shapes_of(vertices, self._templates[name][1]).volume.sum())
-                     for name, vertices in self._vertices.items() if is_red(name) and len(vertices))
+        volume = sum(
+            float(shapes_of(vertices, self._templates[name][1]).volume.sum()) for name, vertices in self._vertices.items()
+            if is_red(name) and len(vertices))
         return volume / self._lumen.volume
 
     def check(self) -> DeformedCheck:
@@ -217,8 +223,8 @@ class DeformedPacking(CellPacking):
         if self._lumen is not None or self._state is not None:
             return ""
         size = None if self._box is None else " x ".join(f"{x:.4g}" for x in self._box[2])
-        return (f"{self._place}: without the case (config, --case) the lumen is taken to be "
-                + (f"a box of {size} µm, periodic along x, y and z" if size else "a box around the cells, not periodic"))
+        return (f"{self._place}: without the case (config, --case) the lumen is taken to be " +
+                (f"a box of {size} µm, periodic along x, y and z" if size else "a box around the cells, not periodic"))
 
     def _lumen_of_library(self) -> Any:
         return None if self._lumen is None else self._lumen.of_library
@@ -245,10 +251,13 @@ def rigid_fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.
     matrices = left @ right
     positions = centers - matrices @ middle
     placed = np.einsum("nij,vj->nvi", matrices, template) + positions[:, None]
-    return matrices, positions, np.sqrt(((cells - placed) ** 2).sum(axis=2).mean(axis=1))
+    return matrices, positions, np.sqrt(((cells - placed)**2).sum(axis=2).mean(axis=1))
 
 
 def _angles(m: np.ndarray) -> np.ndarray:
     """a, b, c [degrees] of Rz(c) Ry(b) Rx(a), shape (N, 3)."""
-    return np.degrees(np.stack([np.arctan2(m[:, 2, 1], m[:, 2, 2]), np.arctan2(-m[:, 2, 0], np.hypot(m[:, 0, 0], m[:, 1, 0])),
-                                np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))
+    return np.degrees(
+        np.stack([
+            np.arctan2(m[:, 2, 1], m[:, 2, 2]),
+            np.arctan2(-m[:, 2, 0], np.hypot(m[:, 0, 0], m[:, 1, 0])),
+            np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))

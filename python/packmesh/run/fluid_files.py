@@ -49,7 +49,7 @@ def flow_rates(blocks: Dict[int, str], part: Optional[Domain] = None) -> Optiona
                 at = (first[k] + np.arange(count[k])) * dx
                 inside = (at >= part.low[k]) & (at <= part.high[k])
                 velocity = np.compress(inside, velocity, axis=2 - k)
-        total += velocity.sum(axis=(0, 1, 2)) * unit * dx ** 3
+        total += velocity.sum(axis=(0, 1, 2)) * unit * dx**3
     if domain is None or part is None:
         return None if domain is None else total / domain.size
     planes = np.floor(np.minimum(part.high, domain.high) / dx) - np.ceil(np.maximum(part.low, domain.low) / dx) + 1

@@ -44,7 +44,7 @@ class Run:
         self.folder = folder
         self.config = config
         self._period = None if period is None else np.asarray(period, float)
-        if self._period is not None and not (self._period.shape == (3,) and np.all(self._period >= 0)):
+        if self._period is not None and not (self._period.shape == (3, ) and np.all(self._period >= 0)):
             raise InputError(f"period: expected three lengths [µm], found {period!r}")
         self._contents = RunFolder(folder)
         self._steps = self._contents.steps
@@ -69,9 +69,12 @@ class Run:
         return (self.at(iteration) for iteration in self._steps)
 
     @overload
-    def __getitem__(self, index: int) -> Step: ...
+    def __getitem__(self, index: int) -> Step:
+        ...
+
     @overload
-    def __getitem__(self, index: slice) -> List[Step]: ...
+    def __getitem__(self, index: slice) -> List[Step]:
+        ...
 
     def __getitem__(self, index: Union[int, slice]) -> Union[Step, List[Step]]:
         chosen = self.iterations[index]
@@ -129,7 +132,8 @@ class Step:
         self._has_pre_inlet = any(name.endswith(block_files.PRE_INLET) for name in self._files)  # tables list its cells, too
         self.species_names = block_files.cell_types(list(self._files), pre_inlet)
         if not self.species_names and not pre_inlet:
-            raise InputError(f"{self.folder}: has no files of cells; expected names such as RBC.{os.path.basename(self.folder)}.p.0.h5")
+            raise InputError(
+                f"{self.folder}: has no files of cells; expected names such as RBC.{os.path.basename(self.folder)}.p.0.h5")
         if not pre_inlet:
             self._require_types_of_tables()
         self._headers: Dict[str, List[BlockFile]] = {}
@@ -167,7 +171,8 @@ class Step:
     def rows(self) -> int:
         """Number of cells in all files, copies included."""
         layouts = {name: self._layout_of(name) for name in self.species_names}
-        return sum(header.rows // layout.vertices for name, layout in layouts.items() if layout for header in self._headers_of(name))
+        return sum(header.rows // layout.vertices for name, layout in layouts.items() if layout
+                   for header in self._headers_of(name))
 
     @property
     def period(self) -> np.ndarray:
@@ -252,7 +257,7 @@ class Step:
         if self._is_si(name):
             return 1e12
         density, header = self.run.fluid_density, self._headers_of(name)[0]
-        return None if density is None else density * (header.dx * 1e-6) ** 4 / header.dt ** 2 * 1e12
+        return None if density is None else density * (header.dx * 1e-6)**4 / header.dt**2 * 1e12
 
     def forces(self, name: str) -> np.ndarray:
         """Total forces on vertices [pN], shape (N, V, 3)."""
@@ -280,8 +285,11 @@ class Step:
         folder = None if config is None else os.path.dirname(os.path.abspath(config))
         templates = {name: self._template_of(name, folder, cells) for name, cells in vertices.items()}
         if lumen is not None and self.fluid is None:
-            any(lumen.tells_outside(self.folder, name, cells.mean(axis=1), lumen.depth(cells)) for name, cells in vertices.items() if len(cells))
-        return DeformedPacking.of_step(self.folder, vertices, templates, self.period, f"iteration {self.iteration}, cells as they were", lumen,
+            any(
+                lumen.tells_outside(self.folder, name, cells.mean(axis=1), lumen.depth(cells))
+                for name, cells in vertices.items() if len(cells))
+        return DeformedPacking.of_step(self.folder, vertices, templates, self.period,
+                                       f"iteration {self.iteration}, cells as they were", lumen,
                                        None if self.domain is None else (self.domain.low, self.domain.high))
 
     def _template_of(self, name: str, folder: Optional[str], cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -291,7 +299,8 @@ class Step:
         found, size = _packmesh.cell_template(name, folder, self.dx), cells.shape[1]
         if found is None or (len(cells) and len(found[0]) != size):
             raise InputError(f"{self.folder}: the cells {name} have {size} vertices; their template "
-                             + ("is not known" if found is None else f"has {len(found[0])}") + "; expected its XML file beside config.xml")
+                             + ("is not known" if found is None else f"has {len(found[0])}")
+                             + "; expected its XML file beside config.xml")
         return found
 
     @property
@@ -302,8 +311,10 @@ class Step:
             blocks, known = self._files.get(name), self.run._contents.types().get(name)
             if blocks is None and known is not None:
                 expected = self.run._contents.expected(self.iteration, name, self._files)
-                self.run._warn_once(name, f"{expected}: is missing, as iteration {known[0]} has such a file: the extent of the fluid is that of "
-                                    f"iteration {known[0]}, also in other such steps")
+                self.run._warn_once(
+                    name,
+                    f"{expected}: is missing, as iteration {known[0]} has such a file: the extent of the fluid is that of "
+                    f"iteration {known[0]}, also in other such steps")
                 blocks = block_files.names_in(self.run._steps[known[0]], known[0])[name]
             self._fluid = fluid_domain(blocks or {})
         return self._fluid
@@ -323,8 +334,9 @@ class Step:
         if name not in self._joined:
             headers, layout = self._headers_of(name), self._layout_of(name)
             if layout is None and any(header.rows for header in headers):
-                raise InputError(f"{self._place(name)}: nothing tells which positions are a cell; expected OUTPUT_TRIANGLES, "
-                                 "OUTPUT_VERTEX_ID or OUTPUT_CELL_ID among the outputs of the case (points() has the positions)")
+                raise InputError(
+                    f"{self._place(name)}: nothing tells which positions are a cell; expected OUTPUT_TRIANGLES, "
+                    "OUTPUT_VERTEX_ID or OUTPUT_CELL_ID among the outputs of the case (points() has the positions)")
             found = joined(headers, layout, self.domain, progress or (lambda cells: None))
             table = None if self._has_pre_inlet else cell_csv.read_table(self.run.folder, name, os.path.basename(self.folder))
             if table is None:
@@ -332,15 +344,17 @@ class Step:
             else:
                 cell_csv.require_no_more(table, found.cells)
                 if len(table.ids) < len(found.cells):
-                    self.run._warn_once(f"table of {name}", f"{table.path}: lists {len(table.ids)} cells, the files of the step have "
-                                        f"{len(found.cells)}: its ids are not used")
+                    self.run._warn_once(
+                        f"table of {name}", f"{table.path}: lists {len(table.ids)} cells, the files of the step have "
+                        f"{len(found.cells)}: its ids are not used")
             try:
                 ids: Union[None, np.ndarray, InputError] = self._find_ids(name, found, table)
             except InputError as failure:
                 ids = failure  # of ids(), as all else is known
             if isinstance(ids, np.ndarray):
                 order = np.argsort(ids, kind="stable")
-                found, ids = Joined(headers, layout, found.scale, found.cells.of(order), found.images, found.inexact), ids[order]
+                found, ids = Joined(headers, layout, found.scale, found.cells.of(order), found.images,
+                                    found.inexact), ids[order]
             self._joined[name], self._ids[name] = found, ids
         return self._joined[name]
 
@@ -372,7 +386,8 @@ class Step:
             if found is None:
                 continue
             if name in known and known[name].vertices != found.vertices:
-                raise InputError(f"{header.path}: has cells of {found.vertices} vertices, other files of {known[name].vertices}")
+                raise InputError(
+                    f"{header.path}: has cells of {found.vertices} vertices, other files of {known[name].vertices}")
             if name not in known or known[name].triangles is None:
                 known[name] = found
         if name not in known or known[name].triangles is None:
@@ -403,7 +418,9 @@ class Step:
         if period is not None and fluid is not None:
             for axis, stated, found in zip("xyz", period, fluid.size):
                 if stated > 0 and abs(stated - found) > 0.5 * self.dx:
-                    raise InputError(f"period: expected {found:g} µm along {axis}, the extent of the fluid in {self.folder}, found {stated:g}")
+                    raise InputError(
+                        f"period: expected {found:g} µm along {axis}, the extent of the fluid in {self.folder}, found {stated:g}"
+                    )
             period = np.where(period > 0, fluid.size, 0)
         if period is None:
             period = self.run.case_period
@@ -420,25 +437,30 @@ class Step:
         for name, count, path in cell_csv.other_tables(self.run.folder, os.path.basename(self.folder), self._files):
             expected = self.run._contents.expected(self.iteration, name, self._files)
             if len(self.run) == 1:
-                raise InputError(f"{expected}: is missing, as {path} lists {count} cells; if the case does not write these cells, move their "
-                                 "tables away")
-            self.run._warn_once(f"files of {name}", f"{path}: lists {count} cells, but no step has files such as {expected}: {name} is left out")
+                raise InputError(
+                    f"{expected}: is missing, as {path} lists {count} cells; if the case does not write these cells, move their "
+                    "tables away")
+            self.run._warn_once(f"files of {name}",
+                                f"{path}: lists {count} cells, but no step has files such as {expected}: {name} is left out")
 
     def _find_ids(self, name: str, cells: Joined, table: Optional[CellTable]) -> Optional[np.ndarray]:
         found = None if table is None else cell_csv.base_ids_of(cells.cells, table, cells.scale)
         if found is not None:
             return found
         if cells.inexact is not None:
-            raise InputError(f"{cells.inexact}: has ids beyond {LARGEST_EXACT_ID}, which are not exact in its format, and no table in "
-                             f"{os.path.join(self.run.folder, 'csv')} has them")
+            raise InputError(
+                f"{cells.inexact}: has ids beyond {LARGEST_EXACT_ID}, which are not exact in its format, and no table in "
+                f"{os.path.join(self.run.folder, 'csv')} has them")
         ids = cells.cells.ids
-        if ids is None or len(ids) == 0 or (self._has_pre_inlet and not self._inlet):  # those of a domain that a pre-inlet feeds never wrap
+        if ids is None or len(ids) == 0 or (self._has_pre_inlet
+                                            and not self._inlet):  # those of a domain that a pre-inlet feeds never wrap
             return ids
         for own, image, shift in cells.images:
             self.run._id_period = math.gcd(self.run._id_period, abs(image - own))
         if self.run._id_period:
             ids = ids % self.run._id_period
         if ids.min() < 0 or ids.max() > self.run._largest_first_id():
-            raise InputError(f"{self._place(name)}: has ids that have wrapped around periodic faces, and nothing tells by which "
-                             "number; expected the tables of the cells (csv/)")
+            raise InputError(
+                f"{self._place(name)}: has ids that have wrapped around periodic faces, and nothing tells by which "
+                "number; expected the tables of the cells (csv/)")
         return ids

@@ -62,8 +62,8 @@ class Copies:
         return len(self.file)
 
     def of(self, chosen: np.ndarray) -> "Copies":
-        return Copies(*(None if column is None else column[chosen] for column in
-                        (getattr(self, field.name) for field in dataclasses.fields(self))))
+        return Copies(*(None if column is None else column[chosen] for column in (getattr(self, field.name)
+                                                                                  for field in dataclasses.fields(self))))
 
     def is_like(self, i: int, j: int, tolerance: float) -> bool:
         """Whether two cells have the same shape and orientation."""
@@ -132,8 +132,9 @@ def _read(headers: List[BlockFile], layout: Layout, progress: Advance) -> Tuple[
             center, low, high = vertices.mean(axis=1), vertices.min(axis=1), vertices.max(axis=1)
             sums = np.einsum("v,nvk->nk", weights, vertices) / layout.vertices
             digests = [hashlib.blake2b(one.tobytes(), digest_size=16).digest() for one in rows]
-            columns.append((np.full(len(numbers), f), numbers, center, low, high,
-                            np.concatenate([low - center, high - center, sums], axis=1), np.array(digests, "V16")))
+            columns.append((np.full(len(numbers),
+                                    f), numbers, center, low, high, np.concatenate([low - center, high - center, sums],
+                                                                                   axis=1), np.array(digests, "V16")))
             progress(len(numbers))
     _require_order_of_vertices(headers, layout)
     ids, inexact = _ids(headers, layout)
@@ -145,7 +146,8 @@ def _require_order_of_vertices(headers: List[BlockFile], layout: Layout) -> None
         if header.rows and "Vertex Id" in header.datasets:
             for numbers, rows in cells_in(header, layout, "Vertex Id"):
                 if np.any(rows[:, :, 0] != np.arange(layout.vertices)):
-                    raise InputError(f"{header.path}: the vertices of a cell do not follow each other in the order of their ids")
+                    raise InputError(
+                        f"{header.path}: the vertices of a cell do not follow each other in the order of their ids")
 
 
 def _ids(headers: List[BlockFile], layout: Layout) -> Tuple[Optional[np.ndarray], Optional[str]]:
@@ -205,7 +207,7 @@ def _without_images(cells: Copies, domain: Domain) -> Tuple[Copies, List[Tuple[i
 def _shift_to_original(cells: Copies, near: "Places", i: int, shifts: np.ndarray, tolerance: float,
                        dropped: "set[int]") -> Optional[Tuple[int, np.ndarray]]:
     """An original of cell i that is left, shifted by a period along some of the axes that have one here."""
-    for chosen in itertools.product(*([(True, False) if s else (False,) for s in shifts])):
+    for chosen in itertools.product(*([(True, False) if s else (False, ) for s in shifts])):
         shift = np.where(chosen, shifts, 0.0)
         if not shift.any():
             continue

@@ -30,7 +30,9 @@ _FLAT = 1e-3  # least distance from a face of the box of what is not part of an 
 _CELLS_AT_ONCE = 1024
 _CUBES = 1 << 21  # most cubes of the box around a vessel that is divided into branches
 _log = logging.getLogger("packmesh")
-_STEPS = (3, 4, 5)  # lengths of the steps to the 6, 12 and 8 neighbours of a cube, thirds of its edge (chamfer distance of Borgefors, 1986)
+_STEPS = (
+    3, 4, 5
+)  # lengths of the steps to the 6, 12 and 8 neighbours of a cube, thirds of its edge (chamfer distance of Borgefors, 1986)
 
 
 def is_red(name: str) -> bool:
@@ -99,7 +101,8 @@ class RunLumen:
     def _openings(self) -> List[Opening]:
         """In the order of their faces and centers; none of a surface of which more than two triangles share an edge."""
         found = [] if self.surface is None else _openings_of(*self.surface, self.low, self.high)
-        if len(found) < 2 and (surface := self._geometry()) is not None:  # without ends across x the lumen consists of the fluid nodes
+        if len(found) < 2 and (surface :=
+                               self._geometry()) is not None:  # without ends across x the lumen consists of the fluid nodes
             found = _openings_of(*surface, surface[0].min(axis=0), surface[0].max(axis=0))
         return found
 
@@ -123,13 +126,15 @@ class RunLumen:
     def require_run(self, folder: str, dx: float, fluid: Optional[Domain]) -> None:
         """Raises OtherCaseError if the lattice of a run is not that of the case: its spacing [µm] and, where the fluid was written, its nodes."""
         if abs(self._dx / dx - 1) > _ROUNDING:
-            raise OtherCaseError(f"{self.config}: its dx is {self._dx:g} µm, that of the run {folder} {dx:g} µm; expected the case of the run")
+            raise OtherCaseError(
+                f"{self.config}: its dx is {self._dx:g} µm, that of the run {folder} {dx:g} µm; expected the case of the run")
         if fluid is None:
             return
         nodes, size = self._lumen.nodes, np.rint(fluid.size / dx).astype(int)
         if nodes is not None and not np.all((size <= nodes) & (nodes - size <= self._left_out())):
-            raise OtherCaseError(f"{self.config}: its lattice has {nodes[0]} x {nodes[1]} x {nodes[2]} nodes, that of the run {folder} "
-                                 f"{size[0]} x {size[1]} x {size[2]}; expected the case of the run")
+            raise OtherCaseError(
+                f"{self.config}: its lattice has {nodes[0]} x {nodes[1]} x {nodes[2]} nodes, that of the run {folder} "
+                f"{size[0]} x {size[1]} x {size[2]}; expected the case of the run")
         if nodes is None:
             self._require_inside(folder, dx, fluid)
 
@@ -144,16 +149,18 @@ class RunLumen:
         for k, axis in enumerate("xyz"):
             low, high = (self.low[k] - fluid.low[k]) / dx, (fluid.high[k] - self.high[k]) / dx
             if not (abs(low + high) < _AT_BORDER if self.period[k] > 0 else min(low, high) > -1 - _AT_BORDER):
-                raise OtherCaseError(f"{self.config}: its lumen reaches from {axis} = {self.low[k]:g} to {self.high[k]:g} µm, the nodes of the run "
-                                     f"{folder} from {fluid.low[k]:g} to {fluid.high[k]:g} µm; expected the case of the run")
+                raise OtherCaseError(
+                    f"{self.config}: its lumen reaches from {axis} = {self.low[k]:g} to {self.high[k]:g} µm, the nodes of the run "
+                    f"{folder} from {fluid.low[k]:g} to {fluid.high[k]:g} µm; expected the case of the run")
 
     def tells_outside(self, place: str, name: str, centers: np.ndarray, wall: Optional[np.ndarray]) -> bool:
         """Whether it warns of cells far out of it: reach(). place: of the step"""
         reach = self.reach(centers, wall)
         outside = int(np.sum(reach > FAR_OUT * self._dx))
         if outside:
-            _log.warning(f"{place}: {outside} of {len(reach)} cells {name} reach up to {reach.max():.3g} µm out of the lumen of {self.config}; "
-                         "is it the case of the run?")
+            _log.warning(
+                f"{place}: {outside} of {len(reach)} cells {name} reach up to {reach.max():.3g} µm out of the lumen of {self.config}; "
+                "is it the case of the run?")
         return outside > 0
 
     def reach(self, centers: np.ndarray, wall: Optional[np.ndarray]) -> np.ndarray:
@@ -177,8 +184,9 @@ class RunLumen:
         """Least distance of the vertices of each cell to the wall [µm], None without one. vertices: [µm], shape (N, V, 3)"""
         if not self.has_wall:
             return None
-        return np.concatenate([self.distances(some.reshape(-1, 3)).reshape(len(some), -1).min(axis=1)
-                               for some in np.array_split(vertices, -(-len(vertices) // _CELLS_AT_ONCE))])
+        return np.concatenate([
+            self.distances(some.reshape(-1, 3)).reshape(len(some), -1).min(axis=1)
+            for some in np.array_split(vertices, -(-len(vertices) // _CELLS_AT_ONCE))])
 
     def violations(self, vertices: np.ndarray, triangles: np.ndarray) -> "list[tuple[int, str]]":
         """Numbers of the cells that are not wholly inside, and why not, by the exact test. vertices: [µm], shape (N, V, 3)"""
@@ -191,13 +199,14 @@ class RunLumen:
         p, q = (inside[:, other] - 0.5 * (self.low[other] + self.high[other]) for other in range(3) if other != k)
         along = (inside[:, k] - self.low[k]) / (self.high[k] - self.low[k]) * SECTORS_ALONG
         around = (np.arctan2(q, p) / (2 * np.pi) + 0.5) * SECTORS_AROUND
-        return (np.clip(along.astype(int), 0, SECTORS_ALONG - 1) * SECTORS_AROUND + np.clip(around.astype(int), 0, SECTORS_AROUND - 1))
+        return (np.clip(along.astype(int), 0, SECTORS_ALONG - 1) * SECTORS_AROUND
+                + np.clip(around.astype(int), 0, SECTORS_AROUND - 1))
 
     def samples(self) -> Tuple[np.ndarray, np.ndarray, float]:
         """Evenly spread points inside [µm], their distances to the wall [µm], and the volume of each [µm³]."""
         # Additive recurrence with the powers of the root of x⁴ = x + 1 (Roberts 2018), evenly spread in three dimensions.
         root = 1.2207440846057596
-        places = np.mod(0.5 + np.arange(SAMPLES)[:, None] * root ** -np.arange(1.0, 4.0), 1.0)
+        places = np.mod(0.5 + np.arange(SAMPLES)[:, None] * root**-np.arange(1.0, 4.0), 1.0)
         points = self.low + places * (self.high - self.low)
         depth = self.distances(points)
         inside = depth > 0
@@ -215,22 +224,25 @@ class Branches:
         longer than the one between the others. A branch begins a radius before. Ways lead through cubes inside, from one to its neighbours."""
         self.names = ["stem", *(f"outlet {number}" for number in range(1, len(outlets) + 1))]
         size = lumen.high - lumen.low
-        self._edge = max(lumen._dx, float((size.prod() / _CUBES) ** (1 / 3)))
+        self._edge = max(lumen._dx, float((size.prod() / _CUBES)**(1 / 3)))
         self._low = lumen.low - self._edge  # a layer of cubes around the box, none of which is inside
         shape = np.ceil(size / self._edge).astype(int) + 2
-        places = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * self._edge for n in shape), indexing="ij"), axis=-1).reshape(-1, 3) + self._low
+        places = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * self._edge
+                                        for n in shape), indexing="ij"), axis=-1).reshape(-1, 3) + self._low
         inside = lumen.distances(places) > 0
         inside &= np.all((places > lumen.low) & (places < lumen.high), axis=1)
         ends = [inlet, *outlets]
-        begin = [np.flatnonzero(inside & (np.abs(places[:, end.axis] - end.center[end.axis]) < 1.01 * self._edge)
-                                & (np.linalg.norm(places - end.center, axis=1) < end.radius + self._edge)) for end in ends]
+        begin = [
+            np.flatnonzero(inside & (np.abs(places[:, end.axis] - end.center[end.axis]) < 1.01 * self._edge)
+                           & (np.linalg.norm(places - end.center, axis=1) < end.radius + self._edge)) for end in ends]
         ways = _ways(inside, shape, begin)
         between = np.array([[row[cubes].min(initial=np.inf) for cubes in begin] for row in ways])
         self._shape, self._part = shape, np.zeros(len(inside), np.int64)
         for k in range(1, len(ends)):
             others = [j for j in range(1, len(ends)) if j != k]
             with np.errstate(invalid="ignore"):  # of ends that are not connected
-                fork = min(0.5 * (between[k, j] + between[k, 0] - between[j, 0]) for j in others) + 3 * ends[k].radius / self._edge
+                fork = min(0.5 * (between[k, j] + between[k, 0] - between[j, 0])
+                           for j in others) + 3 * ends[k].radius / self._edge
             self._part[inside & (ways[k] < fork) & np.all(ways[k] < ways[others], axis=0)] = k
         cubes = np.bincount(self._part[inside], minlength=len(self.names))
         self.volumes = cubes * (lumen.volume / max(1, cubes.sum()))

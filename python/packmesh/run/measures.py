@@ -89,11 +89,11 @@ class RunAnalysis:
         figures: Dict[str, Any] = {
             "iteration": step.iteration, "time": step.time, "lost": len(self.lost) - before + uncounted,
             "left": self.left - left if self.lumen is not None and self.lumen.outlets else None,
-            "species": {name: self._figures(name, one) for name, one in found.items()},
-            "preInlet": {} if inlet is None else inlet.counts,
-            "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen and volume is not None else None,
-            "branches": profiles.hematocrits(), "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None,
-            "selfIntersecting": None}
+            "species": {name: self._figures(name, one)
+                        for name, one in found.items()}, "preInlet": {} if inlet is None else inlet.counts, "redVolume": volume,
+            "hematocrit": volume / self.lumen.volume if self.lumen and volume is not None else None,
+            "branches": profiles.hematocrits(), "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step),
+            "overlaps": None, "selfIntersecting": None}
         figures.update(profiles.fractions(self._layers() if self.lumen else None))
         if self.overlaps:
             kinds = {name: (step.joined(name), step.triangles(name)) for name in step.species_names if step.has_triangles(name)}
@@ -112,14 +112,16 @@ class RunAnalysis:
         if self._lattice is None:
             self._lattice = step.iteration, step.dx, extent
         first, dx, before = self._lattice
-        if abs(step.dx - dx) > 1e-6 * dx or (extent is not None and before is not None and np.abs(extent - before).max() > 0.5 * dx):
+        if abs(step.dx - dx) > 1e-6 * dx or (extent is not None and before is not None
+                                             and np.abs(extent - before).max() > 0.5 * dx):
             raise InputError(f"{step.folder}: has another lattice than iteration {first}; are both of the same run?")
 
     def _tell_flat(self, step: Step, name: str, shapes: Shapes) -> None:
         flat = int(np.sum(shapes.volume == 0))
         if flat:
-            _log.warning(f"{step.folder}: {flat} of {len(shapes.volume)} cells {name} have no volume; elongation, order and inclination are those "
-                         "of the others")
+            _log.warning(
+                f"{step.folder}: {flat} of {len(shapes.volume)} cells {name} have no volume; elongation, order and inclination are those "
+                "of the others")
 
     def _tell_outside(self, step: Step, found: Dict[str, OfSpecies]) -> None:
         """Warns once of cells far out of the lumen."""
@@ -163,14 +165,14 @@ class RunAnalysis:
         has_axes = np.isfinite(shapes.semi_axes).all(axis=1)
         axis, longest = shapes.flat_axis[has_axes], shapes.axes[has_axes, 0]
         drifts = {key: _drift(one, first, key) for key in ("volume", "area")}
-        order = 1.5 * np.mean(axis ** 2, axis=0) - 0.5 if len(axis) else None
+        order = 1.5 * np.mean(axis**2, axis=0) - 0.5 if len(axis) else None
         elongation = shapes.elongation[has_axes]
         figures: Dict[str, Any] = {
             "count": len(shapes.volume), "volume": float(shapes.volume.mean()), "area": float(shapes.area.mean()),
-            "volumeDrift": drifts["volume"][0], "largestVolumeDrift": drifts["volume"][1],
-            "areaDrift": drifts["area"][0], "largestAreaDrift": drifts["area"][1],
-            "elongation": float(elongation.mean()) if len(elongation) else None, "length": float(shapes.length.max()),
-            "order": None if order is None else [float(x) for x in order], "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
+            "volumeDrift": drifts["volume"][0], "largestVolumeDrift": drifts["volume"][1], "areaDrift": drifts["area"][0],
+            "largestAreaDrift": drifts["area"][1], "elongation": float(elongation.mean()) if len(elongation) else None,
+            "length": float(shapes.length.max()), "order": None if order is None else [float(x) for x in order],
+            "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
         if self.lumen is not None:
             along = np.abs(longest[elongation > _LEAST_ELONGATION, self.lumen.flow_axis])
             figures["inclination"] = float(np.degrees(np.arccos(np.clip(along, 0, 1))).mean()) if len(along) else None
@@ -194,15 +196,18 @@ class RunAnalysis:
                 continue
             self.entered += len(np.setdiff1d(ids, old.ids))
             for i in np.flatnonzero(~np.isin(old.ids, ids)):
-                if self._has_left(step, old, int(i), self._moved.get(name, {}).get(int(old.ids[i]), 0.0) * (step.iteration - iteration)):
+                if self._has_left(step, old, int(i),
+                                  self._moved.get(name, {}).get(int(old.ids[i]), 0.0) * (step.iteration - iteration)):
                     self.left += 1
                     continue
                 center = tuple(round(float(x), 3) for x in old.shapes.center[i])
-                self.lost.append(Lost(name, int(old.ids[i]), iteration, step.iteration, center, float(old.shapes.length[i]),
-                                      self._place(step, old, int(i))))
+                self.lost.append(
+                    Lost(name, int(old.ids[i]), iteration, step.iteration, center, float(old.shapes.length[i]),
+                         self._place(step, old, int(i))))
             _, here, there = np.intersect1d(ids, old.ids, return_indices=True)
             if new is not None and step.iteration != iteration:
-                way = np.linalg.norm(new.shapes.center[here] - old.shapes.center[there], axis=1) / abs(step.iteration - iteration)
+                way = np.linalg.norm(new.shapes.center[here] - old.shapes.center[there],
+                                     axis=1) / abs(step.iteration - iteration)
                 self._moved[name] = dict(zip(ids[here].tolist(), way.tolist()))
         return uncounted
 
@@ -211,7 +216,8 @@ class RunAnalysis:
         for end in [] if self.lumen is None else self.lumen.outlets:
             reach = (cells.shapes.high if end.side > 0 else -cells.shapes.low)[i, end.axis]
             beside = np.delete(cells.shapes.center[i] - end.center, end.axis)
-            if reach > end.side * end.center[end.axis] - _AT_OUTLET * step.dx - _FASTER * way and np.linalg.norm(beside) < end.radius + _AT_OUTLET * step.dx:
+            if reach > end.side * end.center[end.axis] - _AT_OUTLET * step.dx - _FASTER * way and np.linalg.norm(
+                    beside) < end.radius + _AT_OUTLET * step.dx:
                 return True
         return False
 
@@ -263,7 +269,8 @@ class _Profiles:
         self._seed = step.iteration
         self._along: Dict[str, np.ndarray] = {}
         self._by_depth: Dict[str, np.ndarray] = {}
-        self._in_branches = np.zeros(0 if lumen is None or lumen.branches is None else len(lumen.branches.names))  # red cells [µm³]
+        self._in_branches = np.zeros(0 if lumen is None or lumen.branches is None else len(
+            lumen.branches.names))  # red cells [µm³]
         self._nearest = np.full(SECTORS_ALONG * SECTORS_AROUND, np.inf)
 
     def add(self, name: str, vertices: np.ndarray, triangles: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
@@ -284,11 +291,13 @@ class _Profiles:
     def _add_volume(self, name: str, vertices: np.ndarray, triangles: np.ndarray, count: int) -> None:
         lumen = self._lumen
         k = lumen.flow_axis
-        along = volume_in_layers(vertices, triangles, k, lumen.low[k], _width_along(lumen), _layers_along(lumen), lumen.period[k] > 0)
+        along = volume_in_layers(vertices, triangles, k, lumen.low[k], _width_along(lumen), _layers_along(lumen),
+                                 lumen.period[k] > 0)
         self._along[name] = self._along.get(name, 0) + along
         if not lumen.has_wall:
             return
-        points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)), self._seed)
+        points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)),
+                                        self._seed)
         if lumen.branches is not None and is_red(name):
             self._in_branches += np.bincount(lumen.branches.of(points), weights, len(self._in_branches))
         layers = np.floor(np.maximum(lumen.distances(points), 0) / LAYER).astype(int)
@@ -301,7 +310,9 @@ class _Profiles:
         if self._lumen is None or self._lumen.branches is None:
             return None
         of = self._lumen.branches
-        return {name: float(inside / volume) if volume > 0 else 0.0 for name, inside, volume in zip(of.names, self._in_branches, of.volumes)}
+        return {
+            name: float(inside / volume) if volume > 0 else 0.0
+            for name, inside, volume in zip(of.names, self._in_branches, of.volumes)}
 
     def cell_free_layer(self) -> Optional[float]:
         """Mean over the sectors of the least distance of a red cell's vertices to the wall [µm]."""
@@ -315,8 +326,9 @@ class _Profiles:
         lumen = self._lumen
         along = {name: _share(volume, layers[0]) for name, volume in self._along.items()}
         by_depth = {name: _share(volume, layers[1]) for name, volume in self._by_depth.items()}
-        return {"along": {"begin": float(lumen.low[lumen.flow_axis]), "width": _width_along(lumen), "fraction": along},
-                "byDepth": {"begin": 0.0, "width": LAYER, "fraction": by_depth} if lumen.has_wall else None}
+        return {
+            "along": {"begin": float(lumen.low[lumen.flow_axis]), "width": _width_along(lumen), "fraction": along},
+            "byDepth": {"begin": 0.0, "width": LAYER, "fraction": by_depth} if lumen.has_wall else None}
 
 
 def _layers_along(lumen: RunLumen) -> int:
@@ -359,4 +371,6 @@ def _largest_force(step: Step, name: str) -> Optional[float]:
 def _named(step: Step, found: Dict[str, OfSpecies], cell: Tuple[str, int]) -> List[Any]:
     """Type and id of a cell; its centre where there are no ids."""
     ids = found[cell[0]].ids
-    return [cell[0], int(ids[cell[1]]) if ids is not None else [round(float(x), 2) for x in found[cell[0]].shapes.center[cell[1]]]]
+    return [
+        cell[0],
+        int(ids[cell[1]]) if ids is not None else [round(float(x), 2) for x in found[cell[0]].shapes.center[cell[1]]]]

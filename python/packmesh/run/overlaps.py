@@ -39,7 +39,8 @@ def membrane_faults(kinds: Mapping[str, Tuple[Joined, np.ndarray]], period: np.n
         return MembraneFaults([], [])
     with tempfile.TemporaryFile() as file:
         some = [kinds[name] for name in names]
-        tables = [(table, joined.scale, triangles) for (joined, triangles), table in zip(some, _tables([joined for joined, _ in some], file))]
+        tables = [(table, joined.scale, triangles)
+                  for (joined, triangles), table in zip(some, _tables([joined for joined, _ in some], file))]
         meshes = _packmesh.Meshes(tables, period)
         first = np.concatenate([[0], np.cumsum([len(table) for table, _, _ in tables])])
         pairs, crossed = set(), set()
@@ -55,16 +56,18 @@ def membrane_faults(kinds: Mapping[str, Tuple[Joined, np.ndarray]], period: np.n
         kind = int(np.searchsorted(first, number, "right")) - 1
         return names[kind], number - int(first[kind])
 
-    return MembraneFaults(sorted((min(a, b), max(a, b)) for a, b in ((cell(i), cell(j)) for i, j in pairs)), sorted(map(cell, crossed)))
+    return MembraneFaults(sorted((min(a, b), max(a, b)) for a, b in ((cell(i), cell(j)) for i, j in pairs)),
+                          sorted(map(cell, crossed)))
 
 
-def faults_of_membranes(types: Sequence[Tuple[np.ndarray, np.ndarray]], period: np.ndarray) -> Tuple[List[Tuple[int, int]], List[int]]:
+def faults_of_membranes(types: Sequence[Tuple[np.ndarray, np.ndarray]],
+                        period: np.ndarray) -> Tuple[List[Tuple[int, int]], List[int]]:
     """The same of membranes in memory: pairs of their numbers, counted through all types, and those that meet themselves. types: vertices
     [µm], shape (N, V, 3), and triangles of each; period: [µm], 0 along axes without one"""
     from packmesh import _packmesh
 
-    overlapping, themselves = _packmesh.Meshes([(vertices, 1.0, triangles) for vertices, triangles in types], period).examine(
-        0, sum(len(vertices) for vertices, _ in types))
+    overlapping, themselves = _packmesh.Meshes([(vertices, 1.0, triangles) for vertices, triangles in types],
+                                               period).examine(0, sum(len(vertices) for vertices, _ in types))
     return sorted(set(overlapping)), themselves
 
 

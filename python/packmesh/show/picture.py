@@ -19,7 +19,8 @@ POINTS_PER_PIXEL = 1.4  # of a membrane that is seen from the front, in each dir
 AT_A_TIME = 400_000  # points
 SLENDER = 3  # triangles longer than this, in heights, get fewer points across than along
 PALETTE = ("#1f5fa8", "#2f855a", "#7b4397", "#d9730d", "#12848c", "#a0516b")
-KEY, FILL = np.array([-0.462, 0.693, 0.554], np.float32), np.array([0.843, -0.105, 0.527], np.float32)  # lights: right, up, to the eye
+KEY, FILL = np.array([-0.462, 0.693, 0.554], np.float32), np.array([0.843, -0.105, 0.527],
+                                                                   np.float32)  # lights: right, up, to the eye
 
 
 def colour_of(name: str, number: int) -> np.ndarray:
@@ -124,7 +125,8 @@ class Canvas:
             return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
         head = struct.pack(">IIBBBBB", self.width, self.height, 8, 2, 0, 0, 0)
-        return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b"")
+        return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(
+            b"IEND", b"")
 
 
 def picture_of(kinds: Sequence[Kind], species: np.ndarray, positions: np.ndarray, rotations: np.ndarray) -> Optional[str]:
@@ -156,7 +158,8 @@ def picture_of(kinds: Sequence[Kind], species: np.ndarray, positions: np.ndarray
             continue
         for cell in seen:
             surface = points_on(own[number_of[cell]] @ camera.T, triangles, spacing)
-            draw(canvas, np.zeros((1, 3), np.float32), np.eye(3, dtype=np.float32)[None], *surface, colours[kind], np.array([cell]))
+            draw(canvas, np.zeros((1, 3), np.float32),
+                 np.eye(3, dtype=np.float32)[None], *surface, colours[kind], np.array([cell]))
     return "data:image/png;base64," + base64.b64encode(canvas.png()).decode()
 
 

@@ -34,7 +34,7 @@ def factors_of(curves):
     def factor(own):
         if not 0 < own < most / 4.8:
             return 1
-        power = 10 ** math.floor(math.log10(most / own))
+        power = 10**math.floor(math.log10(most / own))
         return max(digit * power for digit in (1, 2, 5) if digit * power <= most / own)
 
     return [factor(own) for own in highest]
@@ -63,11 +63,13 @@ def tables(measures):
         found["axis_" + axis] = profile_table(profile)
     gaps = measures["gaps"]
     positions = middles(gaps[0], len(gaps[0]["counts"]))
-    found["gaps"] = (["gap_um"] + [species["name"] + "_cells" for species in gaps],
-                     [(x, *counts) for x, *counts in zip(positions, *(s["counts"] for s in gaps))])
+    found["gaps"] = (["gap_um"] + [species["name"] + "_cells"
+                                   for species in gaps], [(x, *counts)
+                                                          for x, *counts in zip(positions, *(s["counts"] for s in gaps))])
     head = ["name", "cells", "S"] + [f"eigenvalue_{i}" for i in (1, 2, 3)] + ["director_" + k for k in "xyz"]
-    found["orientation"] = (head, [(s["name"], s["cells"], s["nematic"], *(s["eigenvalues"] or [None] * 3),
-                                    *(s["director"] or [None] * 3)) for s in measures["orientation"]])
+    found["orientation"] = (head, [
+        (s["name"], s["cells"], s["nematic"], *(s["eigenvalues"] or [None] * 3), *(s["director"] or [None] * 3))
+        for s in measures["orientation"]])
     return found
 
 
@@ -95,12 +97,11 @@ def draw_wall(axis, wall):
         asked = wall["asked"]["species"][number]["fraction"] if wall.get("asked") else None
         if asked:
             axis.plot(x, [factor * value for value in asked], color=tint, linestyle=":", label=species["name"] + ", requested")
-        axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b for a, b in zip(y, error)], color=tint,
-                          alpha=0.2, linewidth=0)
+        axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b
+                                                                 for a, b in zip(y, error)], color=tint, alpha=0.2, linewidth=0)
     thickness = wall["cellFreeLayer"][0]["thickness"]
     if thickness is not None:
-        axis.axvline(thickness, color="black", linestyle="--", linewidth=0.8,
-                     label=f"cell-free layer {thickness:.2f} µm")
+        axis.axvline(thickness, color="black", linestyle="--", linewidth=0.8, label=f"cell-free layer {thickness:.2f} µm")
     axis.set(xlabel="distance to the wall [µm]", ylabel="volume fraction", ylim=(0, None), xlim=(0, None))
     axis.legend(fontsize=8)
 
@@ -116,8 +117,8 @@ def draw_gaps(axis, gaps):
     for number, species in enumerate(gaps):
         cells = sum(species["counts"]) + species["beyond"]
         if cells:
-            axis.bar(middles(species, len(species["counts"])), [n / cells for n in species["counts"]],
-                     width=species["width"], color=colour(species["name"], number), alpha=0.5, label=species["name"])
+            axis.bar(middles(species, len(species["counts"])), [n / cells for n in species["counts"]], width=species["width"],
+                     color=colour(species["name"], number), alpha=0.5, label=species["name"])
     axis.set(xlabel="gap to the nearest other cell [µm]", ylabel="share of the cells")
     axis.legend(fontsize=8)
 
@@ -125,8 +126,9 @@ def draw_gaps(axis, gaps):
 def draw_orientation(axis, orientation):
     most = max(orientation, key=lambda species: species["cells"])
     for name, counts in zip("xyz", most["cosines"]):
-        axis.plot([(i + 0.5) / 10 for i in range(10)], [10 * n / max(1, most["cells"]) for n in counts], "o-",
-                  markersize=3, color=AXIS_COLOURS[name], label=name)
+        axis.plot([(i + 0.5) / 10
+                   for i in range(10)], [10 * n / max(1, most["cells"])
+                                         for n in counts], "o-", markersize=3, color=AXIS_COLOURS[name], label=name)
     axis.axhline(1, color="grey", linewidth=0.8)
     axis.set(xlabel=f"|cosine| between the thin axis of {most['name']} and an axis", ylabel="density", ylim=(0, None))
     axis.legend(fontsize=8)
@@ -139,8 +141,7 @@ def picture_of(measures, ending):
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
-    panels = [(draw_axial, measures["axial"]), (draw_gaps, measures["gaps"]),
-              (draw_orientation, measures["orientation"])]
+    panels = [(draw_axial, measures["axial"]), (draw_gaps, measures["gaps"]), (draw_orientation, measures["orientation"])]
     if measures["wall"]:
         panels.insert(0, (draw_wall, measures["wall"]))
     rows = (len(panels) + 1) // 2

@@ -105,5 +105,5 @@ def camera(extents, low, high, clipped=False):
             + pov.default("Azimuth", "22.8" if size[1] > size[0] else "-67.2") + pov.default("Elevation", "20.2")
             + pov.default("Fine", "0", "1: soft shadows")
             + f"#declare Far = {pov.number(pov.norm(size))};\n#declare Points = {len(points)};\n"
-            + pov.listed("Outline", [pov.vector(p) for p in points]) + LOOK
-            + (f"#declare Low = {pov.vector(low)};\n#declare High = {pov.vector(high)};\n{CLIP}" if clipped else "") + CAMERA)
+            + pov.listed("Outline", [pov.vector(p) for p in points]) + LOOK +
+            (f"#declare Low = {pov.vector(low)};\n#declare High = {pov.vector(high)};\n{CLIP}" if clipped else "") + CAMERA)

@@ -13,7 +13,8 @@ from packmesh.show.pov_camera import camera
 
 #: Conventional colours of blood cells by the beginning of their names, and a palette for everything else.
 COLOURS = {"RBC": (0.56, 0.022, 0.020), "vRBC": (0.56, 0.022, 0.020), "PLT": (0.95, 0.72, 0.22), "WBC": (0.86, 0.88, 0.93)}
-PALETTE = [(0.10, 0.34, 0.62), (0.16, 0.50, 0.30), (0.46, 0.25, 0.58), (0.85, 0.42, 0.10), (0.10, 0.52, 0.55), (0.62, 0.28, 0.40)]
+PALETTE = [(0.10, 0.34, 0.62), (0.16, 0.50, 0.30), (0.46, 0.25, 0.58), (0.85, 0.42, 0.10), (0.10, 0.52, 0.55),
+           (0.62, 0.28, 0.40)]
 OBJECT_PALETTE = [(0.80, 0.10, 0.08), (0.12, 0.38, 0.70), (0.16, 0.55, 0.30), (0.90, 0.50, 0.10), (0.48, 0.26, 0.62),
                   (0.10, 0.56, 0.60)]
 FADED = (0.80, 0.82, 0.85)  # objects whose cells are not shown
@@ -109,17 +110,20 @@ def read_packing(folder):
             ids += cells.data["id"]
             turned = cells.data["orientation"]
             require_rows(path, cells, len(cells.points), mesh)
-            species.append(Cells(name, cells.data["species"][0], mesh, max(map(pov.norm, mesh.points)), cells.points,
-                                 list(map(image_of_x, turned)), list(map(image_of_y, turned)), cells.data["gap"]))
+            species.append(
+                Cells(name, cells.data["species"][0], mesh, max(map(pov.norm, mesh.points)), cells.points,
+                      list(map(image_of_x, turned)), list(map(image_of_y, turned)), cells.data["gap"]))
         except KeyError as error:
             raise InputError(f"{path}: has no data {error}, unlike the files that packMesh --vtp writes") from None
     lumen = os.path.join(folder, "lumen.vtp")
     if not os.path.isfile(lumen):
-        raise InputError(f"{folder}: has no lumen.vtp; packMesh --vtp writes it beside the .pos files, packMesh check --vtp for "
-                         ".pos files that are there")
+        raise InputError(
+            f"{folder}: has no lumen.vtp; packMesh --vtp writes it beside the .pos files, packMesh check --vtp for "
+            ".pos files that are there")
     if sorted(ids) != list(range(len(ids))):
-        raise InputError(f"{folder}: the .vtp files of {', '.join(one.name for one in species)} are not of the same packing; remove "
-                         "those that are left of an earlier one")
+        raise InputError(
+            f"{folder}: the .vtp files of {', '.join(one.name for one in species)} are not of the same packing; remove "
+            "those that are left of an earlier one")
     surface = vtp.read(lumen)
     if not surface.points:
         raise InputError(f"{lumen}: has no points")
@@ -128,6 +132,7 @@ def read_packing(folder):
 
 def require_rows(path, cells, count, mesh):
     """Data of cells are numbers, one row for each; gaps can be NaN. Raises InputError"""
+
     def is_valid(name, row, size):
         if size:
             return len(row) == size and all(abs(x) < 2 for x in row)
@@ -160,9 +165,7 @@ def species_text(number, one):
     values = [list(map(pov.vector, vectors)) for vectors in (one.centres, one.x, one.y)] + [list(map(pov.number, gaps))]
     at, x, y, gap = (name + "[I]" for name in names)
     yield (f"\n// {label}: mesh; position, images of x and y, gap of each cell\n#declare Cell{number} =\n"
-            + pov.mesh2(one.mesh.points, one.mesh.triangles, -1)
-            + INSIDE + "}\n"
-            + "".join(map(pov.listed, names, values)))
+           + pov.mesh2(one.mesh.points, one.mesh.triangles, -1) + INSIDE + "}\n" + "".join(map(pov.listed, names, values)))
 
     def drawn(mesh, i):
         return f"  Draw({mesh}, {i}, {at}, {x}, {y}, {gap}, {pov.vector(colour_of(one))}, {pov.number(one.radius)})\n"
@@ -191,7 +194,8 @@ def packing_scene(species, lumen, extents=None):
     yield pov.head("A packing of blood cells")
     yield ("\n// Set by povray Declare=Name=value:\n"
            + pov.default("ColorBy", "0", "0: species, 1: gap, 2: orientation of the symmetry axis (x red, y green, z blue)")
-           + pov.default("GapMost", most_gap([gap for one in species for gap in one.gaps]), "[um] this gap and larger ones are yellow")
+           + pov.default("GapMost", most_gap([gap for one in species
+                                              for gap in one.gaps]), "[um] this gap and larger ones are yellow")
            + pov.default("ClipAxis", "0", "1, 2, 3: the half towards the camera is cut off across x, y, z")
            + pov.default("ClipAt", "0.5", "there, fraction of the lumen's extent"))
     yield camera(extents or extents_of(species, lumen), low, high, clipped=True)
@@ -224,7 +228,8 @@ def cat_scene(surface, shown=()):
     if not surface.data.get("object") or "cell" not in surface.data:
         raise InputError("is not a file that catCells --vtp writes")
     kinds = list(zip(surface.data["object"], surface.data["cell"]))
-    if len(kinds) != len(surface.triangles) or (0, 0) not in kinds or not all(isinstance(x, int) for kind in kinds for x in kind):
+    if len(kinds) != len(surface.triangles) or (0,
+                                                0) not in kinds or not all(isinstance(x, int) for kind in kinds for x in kind):
         raise InputError("is not a file that catCells --vtp writes")
     objects = max(number for number, _ in kinds)
     for number in shown:

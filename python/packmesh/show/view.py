@@ -27,7 +27,9 @@ MOST_DRAWN, MOST_DEFORMED, MOST_OF_LUMEN = 20000, 3000, 20000  # cells; if some 
 SCRIPTS = ("data", "geometry", "marks", "colors", "tables", "plots", "shaders", "meshes", "outlines", "view", "panel", "start")
 LIBRARIES = {"three.min.js": "three", "OrbitControls.js": "three/examples/js/controls", "chart.min.js": "chart.js"}
 #: What pages without a view have in place of cells.
-NO_CELLS = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": "", "forces": None}
+NO_CELLS = {
+    "cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": "",
+    "forces": None}
 #: As Debian installs them, for use from the source tree.
 JAVASCRIPT = "/usr/share/javascript"
 
@@ -65,8 +67,10 @@ def own_meshes(packing: PackingFile, kind: int, cells: np.ndarray) -> Optional[D
     numbers = np.empty((*vertices.shape[:2], 4), "<i2")
     numbers[..., :3] = np.rint(vertices / scale)
     numbers[..., 3] = directions_of(normals).view(np.int16)
-    return {"rows": packed(np.where(deformed, np.cumsum(deformed) - 1, -1), "<i4"), "scale": scale,
-            "radius": float(np.linalg.norm(vertices, axis=2).max()), "vertices": packed(numbers, "<i2")}
+    return {
+        "rows": packed(np.where(deformed,
+                                np.cumsum(deformed) - 1, -1), "<i4"), "scale": scale,
+        "radius": float(np.linalg.norm(vertices, axis=2).max()), "vertices": packed(numbers, "<i2")}
 
 
 def drawn_of(positions: np.ndarray, middle: float, axis: int, most: int) -> np.ndarray:
@@ -87,7 +91,8 @@ def coarsened(vertices: np.ndarray, triangles: np.ndarray, most: int) -> "tuple[
         cube = cube.reshape(-1)
         coarse = np.stack([np.bincount(cube, vertices[:, k]) for k in range(3)], axis=1) / counts[:, None]
         corners = cube[triangles]
-        corners = corners[(corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])]
+        corners = corners[(corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) &
+                          (corners[:, 2] != corners[:, 0])]
         edge *= 1.25
     return coarse, corners
 
@@ -118,13 +123,12 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
     return {
         "cells": len(packing), "slice": "xyz"[axis] if sliced else None, "species": species,
         "numbers": packed(drawn, "<u4") if sliced else None, "positions": packed(packing.positions[drawn], "<f4"),
-        "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"),
-        "gaps": measured("gap"), "localHematocrits": measured("local_hematocrit"),
-        "forces": measured("force"),
+        "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"), "gaps": measured("gap"),
+        "localHematocrits": measured("local_hematocrit"), "forces": measured("force"),
         "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
-        "overlapping": packing.faults.overlapping,
-        "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced],
-        "selfIntersecting": packing.faults.self_intersecting}
+        "overlapping": packing.faults.overlapping, "misplaced": [{"cell": cell, "reason": reason}
+                                                                 for cell, reason in packing.faults.misplaced
+                                                                 ], "selfIntersecting": packing.faults.self_intersecting}
 
 
 def embedded(data: Any) -> str:
@@ -150,8 +154,8 @@ def page_of(report: Any, cells: Any, scripts: Sequence[str] = SCRIPTS, libraries
     page = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False, keep_trailing_newline=True)
     return page.from_string(read(os.path.join(folder, "page.html"))).render(
         style=read(os.path.join(folder, "page.css")), report=embedded(report), cells=embedded(cells),
-        libraries=[(name, library(name)) for name in libraries],
-        scripts=[read(os.path.join(folder, name + ".js")) for name in scripts])
+        libraries=[(name, library(name))
+                   for name in libraries], scripts=[read(os.path.join(folder, name + ".js")) for name in scripts])
 
 
 def counts_of(packing: PackingFile) -> Dict[str, int]:
@@ -169,12 +173,13 @@ def page_text(packing: PackingFile, report: Any) -> str:
 def report_of_cells(packing: PackingFile) -> Any:
     """What the page needs to show cells of which there is no report: those of a run, or of an unfinished packing."""
     lumen, counts = packing.require_lumen(), counts_of(packing)
-    return {"outcome": "cells", "title": "Cells of a run of HemoCell" if packing.of_run else "Cells of an unfinished packing",
-            "subtitle": f"{packing.path}{', ' if packing.origin else ''}{packing.origin}",
-            "lumen": {"low": lumen.low.tolist(), "high": lumen.high.tolist(), "period": lumen.period.tolist()},
-            "species": [{"name": kind.name, "placed": counts[kind.name], "vertices": len(kind.vertices), "triangles": len(kind.triangles),
-                         "size": np.ptp(kind.vertices, axis=0).tolist()} for kind in packing.kinds],
-            "certificate": {"gapsMeasuredUpTo": 1.0}, "measures": None}
+    return {
+        "outcome": "cells", "title": "Cells of a run of HemoCell" if packing.of_run else "Cells of an unfinished packing",
+        "subtitle": f"{packing.path}{', ' if packing.origin else ''}{packing.origin}",
+        "lumen": {"low": lumen.low.tolist(), "high": lumen.high.tolist(), "period": lumen.period.tolist()}, "species": [{
+            "name": kind.name, "placed": counts[kind.name], "vertices": len(kind.vertices), "triangles": len(kind.triangles),
+            "size": np.ptp(kind.vertices, axis=0).tolist()} for kind in packing.kinds],
+        "certificate": {"gapsMeasuredUpTo": 1.0}, "measures": None}
 
 
 def report_for(packing: PackingFile, stated: Optional[str]) -> Any:

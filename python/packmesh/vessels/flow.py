@@ -72,14 +72,15 @@ def resistance_of(vessel: PlacedVessel) -> Resistance:
     cosine = np.einsum("ni,ni->n", along, of.normal)
     area = np.maximum(of.area, 0) * cosine
     across = np.einsum("ni,nij,nj->n", along, of.moments, along)
-    polar = np.maximum((np.trace(of.moments, axis1=1, axis2=2) - across) * cosine, area**2 / (2 * np.pi))  # a circle has the least
+    polar = np.maximum((np.trace(of.moments, axis1=1, axis2=2) - across) * cosine, area**2 /
+                       (2 * np.pi))  # a circle has the least
     per_length = area**4 / (16 * np.pi**2 * np.maximum(polar, 1e-300)) * cosine
     conductance = per_length * of.slope / steps[of.level]
     flow, total = _flows(of, np.maximum(conductance, _LEAST * conductance.max()))
     if periodic:  # HemoCell's lattice has three more planes, with the outline of the end
         total += (vessel.nodes[0] * vessel.dx - float(vessel.size[0])) / per_length[of.level == 0].sum()
     radius = np.sqrt(area / np.pi)
-    return Resistance(total, float((4 * np.abs(flow) / (np.pi * np.maximum(radius, 1e-9) ** 3))[area > 1e-6 * area.max()].max()))
+    return Resistance(total, float((4 * np.abs(flow) / (np.pi * np.maximum(radius, 1e-9)**3))[area > 1e-6 * area.max()].max()))
 
 
 def _rising_field(vessel: PlacedVessel) -> np.ndarray:
@@ -140,13 +141,15 @@ def _directions(of: Sections) -> np.ndarray:
 
 def _flows(of: Sections, conductance: np.ndarray) -> Tuple[np.ndarray, float]:
     """Share of each section in the flow rate, and resistance between the parts before the first and after the last level."""
-    pressure = mean_values(np.column_stack([of.before, of.after]), conductance, of.parts == 0, (of.parts == 0) | (of.parts == of.parts[-1]))
+    pressure = mean_values(np.column_stack([of.before, of.after]), conductance, of.parts == 0,
+                           (of.parts == 0) | (of.parts == of.parts[-1]))
     flow = conductance * (pressure[of.before] - pressure[of.after])
     total = float(flow[of.level == 0].sum())
     return flow / total, 1 / total
 
 
-def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, levels: np.ndarray, planes: bool = False) -> Sections:
+def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, levels: np.ndarray,
+                planes: bool = False) -> Sections:
     """field: at the vertices, linear in triangles; levels: rising; planes: the field is x. The surface is closed, with its triangles outwards."""
     count = len(triangles)
     at = np.searchsorted(levels, field)  # levels before each vertex
@@ -170,7 +173,8 @@ def sections_of(vertices: np.ndarray, triangles: np.ndarray, field: np.ndarray, 
     pieces = np.sort(between * count + piece_of)
     edge, where = _spread(ends.min(axis=1), ends.max(axis=1))
     joined = [np.searchsorted(pieces, where[:, None] * count + pairs[edge])]
-    joined += [np.searchsorted(pieces, segments[first[np.column_stack([holes, outer[holes]])]] + side * count) for side in (0, 1)]
+    joined += [
+        np.searchsorted(pieces, segments[first[np.column_stack([holes, outer[holes]])]] + side * count) for side in (0, 1)]
     numbers, part = np.unique(components(len(pieces), np.concatenate(joined)), return_inverse=True)
     whole, loop = np.unique(outer[loop], return_inverse=True)
     first = first[whole]
@@ -237,7 +241,8 @@ def _slopes(p: np.ndarray, q: np.ndarray, loop: np.ndarray, corners: np.ndarray,
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     across = np.cross(u, v)
     rise_u, rise_v = (values[:, k] - values[:, 0] for k in (1, 2))
-    gradient = np.cross(rise_u[:, None] * v - rise_v[:, None] * u, across) / np.maximum(np.einsum("ni,ni->n", across, across), 1e-300)[:, None]
+    gradient = np.cross(rise_u[:, None] * v - rise_v[:, None] * u, across) / np.maximum(np.einsum("ni,ni->n", across, across),
+                                                                                        1e-300)[:, None]
     weight = np.linalg.norm(q - p, axis=1)
     whole = np.maximum(_sums(weight, loop), 1e-300)
     along_wall = _sums(weight * np.linalg.norm(gradient, axis=1), loop) / whole
@@ -262,7 +267,7 @@ def _around(p: np.ndarray, q: np.ndarray, loop: np.ndarray, level: np.ndarray, s
         passes = (a[1] > 0) != (b[1] > 0)
         share = a[1] / np.where(passes, a[1] - b[1], 1.0)
         times = np.bincount(loop[here], passes & (a[0] + share * (b[0] - a[0]) > 0), len(level))
-        near = np.bincount(loop[here], a[2] ** 2 < size[loop[here]], len(level)) > 0
+        near = np.bincount(loop[here], a[2]**2 < size[loop[here]], len(level)) > 0
         around = np.flatnonzero((times % 2 == 1) & near)
         if len(around):
             belongs[hole] = around[np.argmin(size[around])]

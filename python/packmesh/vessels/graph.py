@@ -32,6 +32,6 @@ def pairs_of_cubes(inside: np.ndarray, steps: Iterable[Sequence[int]]) -> Iterat
     """For each step along x, y, z the cubes that are so far apart, by their numbers among those inside, shape (n, 2)."""
     number = np.where(inside, np.cumsum(inside).reshape(inside.shape) - 1, -1)
     for step in steps:
-        one, other = (number[tuple(slice(max(0, side * k), size + min(0, side * k)) for k, size in zip(step, number.shape))].ravel()
-                      for side in (-1, 1))
+        one, other = (number[tuple(slice(max(0, side * k), size + min(0, side * k))
+                                   for k, size in zip(step, number.shape))].ravel() for side in (-1, 1))
         yield np.column_stack([one, other])[(one >= 0) & (other >= 0)]

@@ -53,12 +53,14 @@ class PlacedVessel:
         return self.vertices.max(axis=0)
 
 
-def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], extend: Tuple[float, float], mirror: bool = False) -> PlacedVessel:
+def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], extend: Tuple[float, float],
+           mirror: bool = False) -> PlacedVessel:
     """factor: from the unit of the vessel to µm; roles: of its ends ("inlet", "outlet", "periodic", "closed"); extend: straight parts at
     inlets or periodic ends, and at outlets [diameters]; mirror: the vessel and its image, so that both ends match. Raises InputError"""
     middle = vessel.vertices.mean(axis=0)
     vertices = (vessel.vertices - middle) * factor
-    ends = [dataclasses.replace(end, center=(end.center - middle) * factor, diameter=end.diameter * factor) for end in vessel.ends]
+    ends = [
+        dataclasses.replace(end, center=(end.center - middle) * factor, diameter=end.diameter * factor) for end in vessel.ends]
     direction, notes = _flow_direction(ends, roles), []  # type: Tuple[np.ndarray, List[str]]
     turn = _rotation(direction, vertices)
     vertices = vertices @ turn.T
@@ -82,7 +84,9 @@ def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], exten
     used = []
     for k, end in enumerate(ends):
         if k not in faces:
-            used.append(PlacedEnd(k + 1, "closed", "", end.center - low, end.diameter, end.normal, 0.0, *_box(vertices[end.outline] - low)))
+            used.append(
+                PlacedEnd(k + 1, "closed", "", end.center - low, end.diameter, end.normal, 0.0,
+                          *_box(vertices[end.outline] - low)))
             continue
         axis, side = faces[k]
         outline = extended[k] - low
@@ -91,8 +95,9 @@ def placed(vessel: Vessel, factor: float, dx: float, roles: Sequence[str], exten
             outline = next(extended[j] for j in faces if faces[j][1] < 0) * [-1, 1, 1] + [2 * planes[0, 1], 0, 0] - low
         angle = float(np.degrees(np.arccos(min(1.0, abs(end.normal[axis])))))
         corners = _box(outline)
-        used.append(PlacedEnd(k + 1, roles[k], "xyz"[axis] + ("-" if side < 0 else "+"), 0.5 * (corners[0] + corners[1]), end.diameter,
-                              end.normal, angle, *corners))
+        used.append(
+            PlacedEnd(k + 1, roles[k], "xyz"[axis] + ("-" if side < 0 else "+"), 0.5 * (corners[0] + corners[1]), end.diameter,
+                      end.normal, angle, *corners))
     shape.close()
     surface, triangles = shape.result(low)
     nodes = tuple(int(np.floor(extent / dx + 2e-3)) + 3 for extent in surface.max(axis=0))
@@ -107,8 +112,9 @@ def _flow_direction(ends: Sequence[End], roles: Sequence[str]) -> np.ndarray:
     first, last = (ends[k] for k, role in enumerate(roles) if role == "periodic")
     along = last.normal - first.normal
     if np.linalg.norm(along) < 1.0:
-        raise InputError(f"both ends face the same way (normals {_text(first.normal)} and {_text(last.normal)}), so no flow along one axis "
-                         "passes both; expected ends that face apart by more than 60 degrees")
+        raise InputError(
+            f"both ends face the same way (normals {_text(first.normal)} and {_text(last.normal)}), so no flow along one axis "
+            "passes both; expected ends that face apart by more than 60 degrees")
     along /= np.linalg.norm(along)
     between = last.center - first.center
     between /= np.linalg.norm(between)
@@ -145,11 +151,13 @@ def _face(number: int, end: End, role: str) -> Face:
         return 0, -1
     if role == "periodic":
         return 0, -1 if end.normal[0] < 0 else 1
-    towards = np.where([True, False, False] & (end.normal < 0), 0, np.abs(end.normal))  # the inlet has the low face of x for itself
+    towards = np.where([True, False, False] & (end.normal < 0), 0,
+                       np.abs(end.normal))  # the inlet has the low face of x for itself
     axis = int(np.argmax(towards))
     if towards[axis] < _OBLIQUE:
-        raise InputError(f"end {number + 1} faces backwards, to where the inlet is (normal {_text(end.normal)} after turning): choose another "
-                         "inlet by --inlet, or close this end by --close")
+        raise InputError(
+            f"end {number + 1} faces backwards, to where the inlet is (normal {_text(end.normal)} after turning): choose another "
+            "inlet by --inlet, or close this end by --close")
     return axis, -1 if end.normal[axis] < 0 else 1
 
 
@@ -159,17 +167,21 @@ def _planes(vertices: np.ndarray, ends: Sequence[End], faces: Dict[int, Face], l
     planes = np.column_stack([vertices.min(axis=0), vertices.max(axis=0)])
     for k, (axis, side) in faces.items():
         column = (side + 1) // 2
-        reach = side * (vertices[ends[k].outline, axis] * side).max() + side * max(_ROOM * dx, lengths[k] * abs(ends[k].normal[axis]))
-        planes[axis, column] = side * max(side * planes[axis, column] + _ROOM * dx, side * reach, side * _beyond_bulges(vertices, ends, faces, axis, side, dx))
+        reach = side * (vertices[ends[k].outline, axis] * side).max() + side * max(_ROOM * dx,
+                                                                                   lengths[k] * abs(ends[k].normal[axis]))
+        planes[axis, column] = side * max(side * planes[axis, column] + _ROOM * dx, side * reach,
+                                          side * _beyond_bulges(vertices, ends, faces, axis, side, dx))
     for _ in range(20):
         low, high = _on_lattice(planes, faces, dx)
-        extended = {k: _extended(vertices[ends[k].outline], ends[k].normal, axis, (low, high)[(side + 1) // 2][axis])
-                    for k, (axis, side) in faces.items()}
+        extended = {
+            k: _extended(vertices[ends[k].outline], ends[k].normal, axis, (low, high)[(side + 1) // 2][axis])
+            for k, (axis, side) in faces.items()}
         points = np.concatenate([vertices, *extended.values()])
         if np.all(points >= low - 1e-9) and np.all(points <= high + 1e-9):
             return np.column_stack([low, high]), extended
         planes = np.column_stack([np.minimum(planes[:, 0], points.min(axis=0)), np.maximum(planes[:, 1], points.max(axis=0))])
-    raise InputError("the extensions of two ends push each other out of the lattice: state a smaller --extend, or close one by --close")
+    raise InputError(
+        "the extensions of two ends push each other out of the lattice: state a smaller --extend, or close one by --close")
 
 
 def _beyond_bulges(vertices: np.ndarray, ends: Sequence[End], faces: Dict[int, Face], axis: int, side: int, dx: float) -> float:
@@ -202,6 +214,7 @@ def _extended(outline: np.ndarray, normal: np.ndarray, axis: int, plane: float) 
 
 def _require_match(one: np.ndarray, other: np.ndarray, dx: float) -> None:
     """Raises InputError"""
+
     def farthest(points: np.ndarray, outline: np.ndarray) -> float:
         a, b = outline, np.roll(outline, -1, axis=0)
         along = b - a
@@ -211,8 +224,9 @@ def _require_match(one: np.ndarray, other: np.ndarray, dx: float) -> None:
     apart = max(farthest(one[:, 1:], other[:, 1:]), farthest(other[:, 1:], one[:, 1:]))
     if apart > _MATCH * dx:
         offset = 0.5 * (np.ptp(other, axis=0) - np.ptp(one, axis=0)) + other.min(axis=0) - one.min(axis=0)
-        raise InputError(f"the outlines of the two ends differ by {apart:.3g} µm (the second is {_text(offset[1:])} µm beside the first along y, z); "
-                         f"expected at most {_MATCH * dx:g} µm. --mirror adds the mirror image of the vessel, so that they match")
+        raise InputError(
+            f"the outlines of the two ends differ by {apart:.3g} µm (the second is {_text(offset[1:])} µm beside the first along y, z); "
+            f"expected at most {_MATCH * dx:g} µm. --mirror adds the mirror image of the vessel, so that they match")
 
 
 def _shares(outline: np.ndarray) -> np.ndarray:
@@ -237,7 +251,8 @@ class _Shape:
     def extend(self, end: End, outline: np.ndarray) -> None:
         """To an outline that runs the same way, of any number of vertices."""
         wall = np.concatenate(self._vertices)[end.outline]
-        if len(wall) == len(outline) and np.abs(np.cross(outline - wall, end.normal)).max() < 1e-6 * end.diameter:  # straight from each vertex
+        if len(wall) == len(outline) and np.abs(np.cross(outline - wall,
+                                                         end.normal)).max() < 1e-6 * end.diameter:  # straight from each vertex
             along = beyond = np.arange(len(wall))
         else:
             outline = np.roll(outline, -int(np.argmin(np.linalg.norm(outline - wall[0], axis=1))), axis=0)
@@ -281,7 +296,9 @@ class _Shape:
             middle = points.mean(axis=0)
             areas = np.cross(points - middle, np.roll(points, -1, axis=0) - middle)
             if np.any(areas @ areas.sum(axis=0) < 0):
-                raise InputError("the outline of an end is not star-shaped, so no flat cap can be made; cut the vessel there by a plane in a mesh editor")
+                raise InputError(
+                    "the outline of an end is not star-shaped, so no flat cap can be made; cut the vessel there by a plane in a mesh editor"
+                )
             self._add(middle[None], np.column_stack([outline, np.roll(outline, -1), np.full(len(outline), self._count)]))
 
     def result(self, low: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

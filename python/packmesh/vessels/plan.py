@@ -44,6 +44,7 @@ def repartition(nodes: Sequence[int], ranks: int) -> Tuple[int, int, int]:
 
 def ranks_of(nodes: Sequence[int], envelope: int) -> List[int]:
     """Numbers of ranks with which no block is smaller than the envelope."""
+
     def fits(ranks: int) -> bool:
         return all(count == 1 or size // count >= envelope for size, count in zip(nodes, repartition(nodes, ranks)))
 
@@ -71,10 +72,12 @@ def narrowest_width(lumen: Any, size: np.ndarray, ends: Sequence[Tuple[np.ndarra
     lumen: of the C++ module; size: of the box around it [µm]; ends: centers and diameters [µm]
     """
     low = np.array(lumen.bounds[0])
-    spacing = (lumen.volume / _SAMPLES) ** (1 / 3)
+    spacing = (lumen.volume / _SAMPLES)**(1 / 3)
     counts = np.maximum(np.ceil(size / spacing).astype(int), 1)
-    grid = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, size)), indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = np.stack(np.meshgrid(*((np.arange(n) + 0.5) * extent / n
+                                  for n, extent in zip(counts, size)), indexing="ij"), axis=-1).reshape(-1, 3)
     depth = np.concatenate([lumen.distances(part + low) for part in np.array_split(grid, max(1, len(grid) // 100_000))])
+
     def near(center: np.ndarray, diameter: float) -> int:
         """The deepest node by an end, where a flat cap is not nearer than the wall."""
         close = np.flatnonzero(np.linalg.norm(grid - center, axis=1) < 0.75 * diameter + spacing)

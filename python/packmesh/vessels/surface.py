@@ -83,7 +83,8 @@ def vessel_of(name: str, cuts: Sequence[Sequence[float]] = ()) -> Vessel:
         label = components(len(vertices), triangles[caps][:, [0, 1, 1, 2]].reshape(-1, 2))
         caps &= ~np.isin(label[triangles[:, 0]], [label[end.outline[0]] for end in facets])
     volume = np.einsum("ij,ij->i", vertices[wall[:, 0]] - vertices[wall[0, 0]],
-                       np.cross(vertices[wall[:, 1]] - vertices[wall[0, 0]], vertices[wall[:, 2]] - vertices[wall[0, 0]])).sum()
+                       np.cross(vertices[wall[:, 1]] - vertices[wall[0, 0]],
+                                vertices[wall[:, 2]] - vertices[wall[0, 0]])).sum()
     volume += sum(end.normal @ (end.center - vertices[wall[0, 0]]) * 1.5 * np.pi * end.diameter**2 / 2 for end in ends)
     if volume < 0:
         repairs.append("its triangles faced inwards")
@@ -103,8 +104,9 @@ def _facets(ends: List[End]) -> List[End]:
 def holes_of(vessel: Vessel) -> List[int]:
     """Numbers, from 1, of openings that are too small for ends."""
     fine = any(len(end.outline) >= _END_EDGES for end in vessel.ends)
-    return [k for k, end in enumerate(vessel.ends, 1)
-            if end.diameter < _HOLE * vessel.ends[0].diameter or (fine and len(end.outline) <= _HOLE_EDGES)]
+    return [
+        k for k, end in enumerate(vessel.ends, 1)
+        if end.diameter < _HOLE * vessel.ends[0].diameter or (fine and len(end.outline) <= _HOLE_EDGES)]
 
 
 def _read(name: str, repairs: List[str]) -> Tuple[np.ndarray, np.ndarray]:
@@ -123,7 +125,8 @@ def merged(points: np.ndarray, triangles: np.ndarray) -> Tuple[np.ndarray, np.nd
     """Without vertices that are repeated, and triangles that have one twice."""
     low = points.min(axis=0)
     size = float(np.linalg.norm(points.max(axis=0) - low)) or 1.0
-    _, first, number = np.unique(np.rint((points - low) / (_SAME * size)).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    _, first, number = np.unique(
+        np.rint((points - low) / (_SAME * size)).astype(np.int64), axis=0, return_index=True, return_inverse=True)
     triangles = number.reshape(-1)[triangles]
     a, b, c = triangles.T
     return points[first], triangles[(a != b) & (b != c) & (c != a)]
@@ -138,8 +141,9 @@ def neighbors(name: str, triangles: np.ndarray) -> Tuple[np.ndarray, np.ndarray,
     order = np.lexsort((key[:, 1], key[:, 0]))
     same = np.all(key[order][1:] == key[order][:-1], axis=1)
     if np.any(same[1:] & same[:-1]):
-        raise InputError(f"{name}: more than two triangles share an edge {int((same[1:] & same[:-1]).sum())} times; expected the surface of one "
-                         "vessel (in a mesh editor: Boolean union of its parts, then remove inner faces)")
+        raise InputError(
+            f"{name}: more than two triangles share an edge {int((same[1:] & same[:-1]).sum())} times; expected the surface of one "
+            "vessel (in a mesh editor: Boolean union of its parts, then remove inner faces)")
     one, other = order[:-1][same], order[1:][same]
     return np.column_stack([owner[one], owner[other]]), edges[one, 0] == edges[other, 0], key[one]
 
@@ -153,13 +157,15 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
         repairs.append(f"{len(triangles) - sizes.max()} triangles that are not connected with the vessel were left out")
         return _oriented(name, triangles[label == parts[sizes.argmax()]], repairs)
     if len(parts) > 1:
-        raise InputError(f"{name}: has {len(parts)} separate parts of {', '.join(map(str, sorted(sizes.tolist(), reverse=True)[:5]))} triangles; "
-                         "expected one vessel")
+        raise InputError(
+            f"{name}: has {len(parts)} separate parts of {', '.join(map(str, sorted(sizes.tolist(), reverse=True)[:5]))} triangles; "
+            "expected one vessel")
     if against.any():
         # Two copies of each triangle, one turned: those that agree with the first one are connected with it.
         count = len(triangles)
-        doubled = np.concatenate([np.column_stack([pairs[:, 0], pairs[:, 1] + count * against]),
-                                  np.column_stack([pairs[:, 0] + count, pairs[:, 1] + count * ~against])])
+        doubled = np.concatenate([
+            np.column_stack([pairs[:, 0], pairs[:, 1] + count * against]),
+            np.column_stack([pairs[:, 0] + count, pairs[:, 1] + count * ~against])])
         turned = components(2 * count, doubled)[count:] == 0
         if turned[0]:
             raise InputError(f"{name}: has one side only, as a Möbius strip")
@@ -168,7 +174,8 @@ def _oriented(name: str, triangles: np.ndarray, repairs: List[str]) -> np.ndarra
     return triangles
 
 
-def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.ndarray,
+             normal: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Without what lies beyond a plane and is connected there with the outline in that plane whose middle is nearest to a point. Raises InputError"""
     normal = normal / np.abs(normal).max()
     normal /= np.linalg.norm(normal)
@@ -202,7 +209,9 @@ def _cut_off(name: str, vertices: np.ndarray, triangles: np.ndarray, point: np.n
             ring += [] if beyond[one] else [one]
             if beyond[one] != beyond[other]:
                 if (min(one, other), max(one, other)) not in key:
-                    raise InputError(f"{name}: the plane of --cut at {', '.join(f'{x:g}' for x in point)} meets an opening; expected a plane apart from other ends")
+                    raise InputError(
+                        f"{name}: the plane of --cut at {', '.join(f'{x:g}' for x in point)} meets an opening; expected a plane apart from other ends"
+                    )
                 ring.append(key[min(one, other), max(one, other)])
         ring = [at for at, following in zip(ring, ring[1:] + ring[:1]) if at != following]
         left += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
@@ -234,7 +243,7 @@ def caps_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         np.add.at(perimeter, number[pairs[border, side]], lengths)
         np.add.at(sharp, number[pairs[border, side]], lengths * (cosine[border] < _SHARP))
     areas = np.bincount(number, area, len(numbers))
-    least = 0.25 * np.pi * (_SMALL * np.linalg.norm(np.ptp(vertices, axis=0))) ** 2
+    least = 0.25 * np.pi * (_SMALL * np.linalg.norm(np.ptp(vertices, axis=0)))**2
     likely = (areas > least) & (4 * np.pi * areas > _ROUND * perimeter**2) & (sharp > 0.95 * perimeter) & (perimeter > 0)
     for k in np.flatnonzero(likely):
         own = number == k
@@ -285,7 +294,8 @@ def _end(vertices: np.ndarray, outline: np.ndarray, was_closed: bool) -> End:
     area = float(np.linalg.norm(total))
     normal = total / max(area, 1e-300)
     center = middle + (areas @ normal) @ (points + np.roll(points, -1, axis=0) - 2 * middle) / (3 * max(area, 1e-300))
-    return End(outline, center, normal, float(np.sqrt(4 * area / np.pi)), float(np.abs((points - center) @ normal).max()), was_closed)
+    return End(outline, center, normal, float(np.sqrt(4 * area / np.pi)), float(np.abs((points - center) @ normal).max()),
+               was_closed)
 
 
 def microns(vessel: Vessel, unit: Optional[str], diameter: Optional[float]) -> Tuple[float, Optional[str], str]:
@@ -298,9 +308,11 @@ def microns(vessel: Vessel, unit: Optional[str], diameter: Optional[float]) -> T
         return UNITS[unit], unit, {"um": "µm"}.get(unit, unit)
     for name, low, high in (("um", 10.0, 400.0), ("mm", 0.004, 0.4), ("m", 4e-6, 4e-4)):
         if low <= widest <= high:
-            return UNITS[name], name, {"um": "µm"}.get(name, name) + f", as its widest end is {widest:g} wide (--unit sets another)"
-    raise InputError(f"the unit of the surface is not clear: its widest end is {widest:g} wide. Give it by --unit m, cm, mm or um, or the "
-                     "diameter of this end in the simulation by --diameter <µm>")
+            return UNITS[name], name, {"um": "µm"}.get(name,
+                                                       name) + f", as its widest end is {widest:g} wide (--unit sets another)"
+    raise InputError(
+        f"the unit of the surface is not clear: its widest end is {widest:g} wide. Give it by --unit m, cm, mm or um, or the "
+        "diameter of this end in the simulation by --diameter <µm>")
 
 
 UNITS: Any = {"m": 1e6, "cm": 1e4, "mm": 1e3, "um": 1.0}
