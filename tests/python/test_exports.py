@@ -153,9 +153,11 @@ def require_same(found, expected, tolerance, period=(0, 0, 0)):
         assert one.shape == other.shape and np.linalg.norm(one - other - shift, axis=1).max() < tolerance
 
 
-@pytest.fixture(scope="module",
-                params=[(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
-                        (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")])
+BOXES = [(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
+         (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")]
+
+
+@pytest.fixture(scope="module", params=BOXES)
 def packed(request, tmp_path_factory):
     """Several species with all formats that take any cells: folder, templates, low and high corner, period, boundary."""
     lumen, high, period, boundary = request.param

@@ -47,9 +47,10 @@ def matched(found, expected, period=(30, 0, 0)):
     return nearest
 
 
-@pytest.mark.parametrize("si, datasets, fluid, csv",
-                         itertools.product((True, False), (EVERY_ID, ("Position", "Triangles"), ("Position", "Vertex Id"),
-                                                           ("Position", "Cell Id")), (True, False), (True, False)))
+OUTPUTS = (EVERY_ID, ("Position", "Triangles"), ("Position", "Vertex Id"), ("Position", "Cell Id"))
+
+
+@pytest.mark.parametrize("si, datasets, fluid, csv", itertools.product((True, False), OUTPUTS, (True, False), (True, False)))
 def test_cells(tmp_path, si, datasets, fluid, csv):
     """In metres and lattice units, with and without ids, triangles, fluid and tables."""
     written(tmp_path, si=si, datasets=datasets, fluid=fluid, csv=csv)

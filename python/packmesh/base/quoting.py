@@ -16,9 +16,8 @@ def shell(word: str) -> str:
     """One word of bash, in one line."""
     if word.isprintable():
         return shlex.quote(word)
-    return "$'" + "".join(c if c.isprintable() and c not in "\\'" else "".join(f"\\x{byte:02x}"
-                                                                               for byte in c.encode("utf-8", "surrogateescape"))
-                          for c in word) + "'"
+    escaped = ("".join(f"\\x{byte:02x}" for byte in c.encode("utf-8", "surrogateescape")) for c in word)
+    return "$'" + "".join(c if c.isprintable() and c not in "\\'" else code for c, code in zip(word, escaped)) + "'"
 
 
 def cpp_comment(text: str) -> str:

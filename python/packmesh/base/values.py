@@ -24,8 +24,9 @@ class ByValue:
         return tuple(_comparable(getattr(self, field.name)) for field in dataclasses.fields(self))  # type: ignore[arg-type]
 
     def __eq__(self, other: object) -> bool:
-        return self._members() == other._members() if isinstance(other,
-                                                                 ByValue) and type(other) is type(self) else NotImplemented
+        if not isinstance(other, ByValue) or type(other) is not type(self):
+            return NotImplemented
+        return self._members() == other._members()
 
     def __hash__(self) -> int:
         return hash(self._members())

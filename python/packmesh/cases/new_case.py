@@ -146,12 +146,8 @@ def new_case(
     """
     _module()
     given = examined(dict(locals()), inspect.signature(new_case))
-    folder, dx, time, ranks, hematocrit, platelets, seed, realisations, soft, pos = (given[name]
-                                                                                     for name in ("folder", "dx", "time",
-                                                                                                  "ranks", "hematocrit",
-                                                                                                  "platelets", "seed",
-                                                                                                  "realisations", "soft",
-                                                                                                  "pos"))
+    folder, dx, time, ranks, hematocrit = (given[name] for name in ("folder", "dx", "time", "ranks", "hematocrit"))
+    platelets, seed, realisations, soft, pos = (given[name] for name in ("platelets", "seed", "realisations", "soft", "pos"))
     if folder is not None and os.path.lexists(folder):
         raise OutputError(f"{folder}: exists; expected the name of a folder to be made")
     if soft and pos:
@@ -374,8 +370,8 @@ class _Maker:
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
             counts, about_cells = _forecast(config, words["soft"]) if words["packed"] else ({}, [])
-            narrowest = narrowest_width(_module().lumen(config), self._shape.size, [(end.center, end.diameter)
-                                                                                    for end in self._ends])
+            ends = [(end.center, end.diameter) for end in self._ends]
+            narrowest = narrowest_width(_module().lumen(config), self._shape.size, ends)
         membranes = sum(counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
         if self._has_inlet:  # the vessel fills up

@@ -82,9 +82,8 @@ class MarchingTetrahedra:
     def __init__(self, distance, spacing, counts, origin):
         self.spacing, self.counts, self.origin = spacing, counts, origin
         least = 0.08 * min(spacing)  # no vertex nearer to a node, so that triangles are not slivers
-        self.value = [
-            math.copysign(max(abs(d), least), d) for d in (distance(self.point((i, j, k))) for k in range(counts[2] + 1)
-                                                           for j in range(counts[1] + 1) for i in range(counts[0] + 1))]
+        nodes = ((i, j, k) for k in range(counts[2] + 1) for j in range(counts[1] + 1) for i in range(counts[0] + 1))
+        self.value = [math.copysign(max(abs(d), least), d) for d in (distance(self.point(node)) for node in nodes)]
         self.vertices, self.number, self.triangles = [], {}, []
         self.march()
 

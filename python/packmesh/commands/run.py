@@ -40,8 +40,8 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
 
     red = next((name for name in names if is_red(name)), names[0])
     platelets = next((name for name in names if name.startswith("PLT")), None)
-    columns = [("iteration", [step["iteration"] for step in steps], 0), ("time [ms]", [1e3 * step["time"]
-                                                                                       for step in steps], 3)]
+    times = [1e3 * step["time"] for step in steps]
+    columns = [("iteration", [step["iteration"] for step in steps], 0), ("time [ms]", times, 3)]
     columns += [(name, of(name, "count"), 0) for name in names]
     inlets = list(dict.fromkeys(name for step in steps for name in step["preInlet"]))
     columns += [(f"{name} (inlet)", [step["preInlet"].get(name) for step in steps], 0) for name in inlets]
@@ -176,9 +176,8 @@ def write_csv(folder: str, steps: List[Dict[str, Any]], analysis: RunAnalysis, o
                 profile = step[key]
                 for i in range(max(map(len, profile["fraction"].values()), default=0)):
                     fractions = [profile["fraction"].get(name, []) for name in names]
-                    rows.append([
-                        step["iteration"], profile["begin"] + (i + 0.5) * profile["width"], *(one[i] if i < len(one) else 0.0
-                                                                                              for one in fractions)])
+                    layer = [one[i] if i < len(one) else 0.0 for one in fractions]
+                    rows.append([step["iteration"], profile["begin"] + (i + 0.5) * profile["width"], *layer])
             tables["axis" if key == "along" else "wall"] = [heads + names, *rows]
     for name, table in tables.items():
         with outputs.begin_text(os.path.join(folder, name + ".csv")) as stream:

@@ -71,8 +71,8 @@ class Group:
         expected = "iu" if whole else "fiu"
         if table.dtype.kind not in expected or table.dtype.shape:
             raise Damaged(f"'{name}' has no {'whole ' if whole else ''}numbers")
-        if columns is not None and len(table.shape) != (2 if columns else 1) or (columns and table.shape[0]
-                                                                                 and table.shape[1] != columns):
+        shape = table.shape
+        if columns is not None and (len(shape) != (2 if columns else 1) or columns and shape[0] and shape[1] != columns):
             raise Damaged(f"'{name}' has the shape {' x '.join(map(str, table.shape)) or '1'}")
         if math.prod(table.shape) * table.dtype.itemsize > _COMPRESSION * self._size + _ROOM:
             raise Damaged(f"'{name}' is larger than the file")

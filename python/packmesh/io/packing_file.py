@@ -261,5 +261,5 @@ def _faults_of(file: Group, cells: int) -> Faults:
     for numbers in (pairs, misplaced, crossed):
         if numbers.size and not 0 <= numbers.min() <= numbers.max() < cells:
             raise Damaged("faults of no cell")
-    return Faults([(int(a), int(b)) for a, b in pairs], [(int(cell), reasons.text(str(i)))
-                                                         for i, cell in enumerate(misplaced)], [int(cell) for cell in crossed])
+    told = [(int(cell), reasons.text(str(i))) for i, cell in enumerate(misplaced)]
+    return Faults([(int(a), int(b)) for a, b in pairs], told, [int(cell) for cell in crossed])

@@ -101,9 +101,9 @@ _ASKED = maybe(members(species=each(members(fraction=each(maybe(number))))))
 _WALL = members(**_OF_PROFILE, asked=_ASKED, cellFreeLayer=each(members(share=number, thickness=maybe(number)), least=1))
 _GAPS = members(name=text, width=number, counts=each(count, least=1), beyond=count, minimum=maybe(number), mean=maybe(number),
                 median=maybe(number))
-_ORIENTATION = members(name=text, cells=count, nematic=maybe(number), eigenvalues=maybe(each(number, 3)),
-                       director=maybe(each(number, 3)), cosines=each(each(count, 10), 3), tensor=maybe(each(each(number, 3),
-                                                                                                            3)))
+_AXIS = maybe(each(number, 3))
+_ORIENTATION = members(name=text, cells=count, nematic=maybe(number), eigenvalues=_AXIS, director=_AXIS,
+                       cosines=each(each(count, 10), 3), tensor=maybe(each(each(number, 3), 3)))
 _SPECIES = members(name=text, redCell=boolean, asked=anything, stock=anything, placed=count, meshVolume=number, vertices=count,
                    triangles=count, size=each(number, 3), volumeFraction=maybe(number), minimumDistanceFromSolid=anything)
 _REPORT = members(

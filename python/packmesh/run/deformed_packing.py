@@ -92,9 +92,8 @@ class DeformedPacking(CellPacking):
         every = np.concatenate([cells.reshape(-1, 3) for cells in vertices.values()])
         if lumen is None and domain is not None and len(every):
             known = np.isfinite(domain[1])
-            low, high = np.where(known, domain[0],
-                                 every.min(axis=0) - _AROUND), np.where(known, domain[1],
-                                                                        every.max(axis=0) + _AROUND)
+            low = np.where(known, domain[0], every.min(axis=0) - _AROUND)
+            high = np.where(known, domain[1], every.max(axis=0) + _AROUND)
             packing._box = low, high, high - low
         return packing
 

@@ -62,8 +62,8 @@ class Copies:
         return len(self.file)
 
     def of(self, chosen: np.ndarray) -> "Copies":
-        return Copies(*(None if column is None else column[chosen] for column in (getattr(self, field.name)
-                                                                                  for field in dataclasses.fields(self))))
+        columns = (getattr(self, field.name) for field in dataclasses.fields(self))
+        return Copies(*(None if column is None else column[chosen] for column in columns))
 
     def is_like(self, i: int, j: int, tolerance: float) -> bool:
         """Whether two cells have the same shape and orientation."""
@@ -132,9 +132,8 @@ def _read(headers: List[BlockFile], layout: Layout, progress: Advance) -> Tuple[
             center, low, high = vertices.mean(axis=1), vertices.min(axis=1), vertices.max(axis=1)
             sums = np.einsum("v,nvk->nk", weights, vertices) / layout.vertices
             digests = [hashlib.blake2b(one.tobytes(), digest_size=16).digest() for one in rows]
-            columns.append((np.full(len(numbers),
-                                    f), numbers, center, low, high, np.concatenate([low - center, high - center, sums],
-                                                                                   axis=1), np.array(digests, "V16")))
+            prints = np.concatenate([low - center, high - center, sums], axis=1)
+            columns.append((np.full(len(numbers), f), numbers, center, low, high, prints, np.array(digests, "V16")))
             progress(len(numbers))
     _require_order_of_vertices(headers, layout)
     ids, inexact = _ids(headers, layout)

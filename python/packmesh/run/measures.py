@@ -231,10 +231,10 @@ class RunAnalysis:
             for k, axis in enumerate("xyz"):
                 if not np.isfinite(domain.high[k]):
                     continue
-                for end, beyond in ((domain.low, cells.shapes.low[i, k] < domain.low[k] + step.dx),
-                                    (domain.high, cells.shapes.high[i, k] > domain.high[k] - step.dx)):
-                    if beyond:
-                        words.append(f"at the face {axis} = {end[k]:g} µm")
+                if cells.shapes.low[i, k] < domain.low[k] + step.dx:
+                    words.append(f"at the face {axis} = {domain.low[k]:g} µm")
+                if cells.shapes.high[i, k] > domain.high[k] - step.dx:
+                    words.append(f"at the face {axis} = {domain.high[k]:g} µm")
         if self.envelope is not None and cells.shapes.length[i] > 0.95 * self.envelope:
             words.append(f"as long as particleEnvelope ({self.envelope:g} µm)")
         return ", ".join(words) or "inside"

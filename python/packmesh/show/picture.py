@@ -19,8 +19,7 @@ POINTS_PER_PIXEL = 1.4  # of a membrane that is seen from the front, in each dir
 AT_A_TIME = 400_000  # points
 SLENDER = 3  # triangles longer than this, in heights, get fewer points across than along
 PALETTE = ("#1f5fa8", "#2f855a", "#7b4397", "#d9730d", "#12848c", "#a0516b")
-KEY, FILL = np.array([-0.462, 0.693, 0.554], np.float32), np.array([0.843, -0.105, 0.527],
-                                                                   np.float32)  # lights: right, up, to the eye
+KEY, FILL = np.array([[-0.462, 0.693, 0.554], [0.843, -0.105, 0.527]], np.float32)  # lights: right, up, to the eye
 
 
 def colour_of(name: str, number: int) -> np.ndarray:

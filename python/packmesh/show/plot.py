@@ -63,9 +63,8 @@ def tables(measures):
         found["axis_" + axis] = profile_table(profile)
     gaps = measures["gaps"]
     positions = middles(gaps[0], len(gaps[0]["counts"]))
-    found["gaps"] = (["gap_um"] + [species["name"] + "_cells"
-                                   for species in gaps], [(x, *counts)
-                                                          for x, *counts in zip(positions, *(s["counts"] for s in gaps))])
+    counts = zip(positions, *(species["counts"] for species in gaps))
+    found["gaps"] = (["gap_um", *(species["name"] + "_cells" for species in gaps)], list(counts))
     head = ["name", "cells", "S"] + [f"eigenvalue_{i}" for i in (1, 2, 3)] + ["director_" + k for k in "xyz"]
     found["orientation"] = (head, [
         (s["name"], s["cells"], s["nematic"], *(s["eigenvalues"] or [None] * 3), *(s["director"] or [None] * 3))
@@ -97,8 +96,8 @@ def draw_wall(axis, wall):
         asked = wall["asked"]["species"][number]["fraction"] if wall.get("asked") else None
         if asked:
             axis.plot(x, [factor * value for value in asked], color=tint, linestyle=":", label=species["name"] + ", requested")
-        axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b
-                                                                 for a, b in zip(y, error)], color=tint, alpha=0.2, linewidth=0)
+        low, high = ([a + sign * b for a, b in zip(y, error)] for sign in (-1, 1))
+        axis.fill_between(x, low, high, color=tint, alpha=0.2, linewidth=0)
     thickness = wall["cellFreeLayer"][0]["thickness"]
     if thickness is not None:
         axis.axvline(thickness, color="black", linestyle="--", linewidth=0.8, label=f"cell-free layer {thickness:.2f} µm")

@@ -228,8 +228,8 @@ def cat_scene(surface, shown=()):
     if not surface.data.get("object") or "cell" not in surface.data:
         raise InputError("is not a file that catCells --vtp writes")
     kinds = list(zip(surface.data["object"], surface.data["cell"]))
-    if len(kinds) != len(surface.triangles) or (0,
-                                                0) not in kinds or not all(isinstance(x, int) for kind in kinds for x in kind):
+    are_whole = all(isinstance(x, int) for kind in kinds for x in kind)
+    if len(kinds) != len(surface.triangles) or (0, 0) not in kinds or not are_whole:
         raise InputError("is not a file that catCells --vtp writes")
     objects = max(number for number, _ in kinds)
     for number in shown:

@@ -126,9 +126,8 @@ def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = No
         "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"), "gaps": measured("gap"),
         "localHematocrits": measured("local_hematocrit"), "forces": measured("force"),
         "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
-        "overlapping": packing.faults.overlapping, "misplaced": [{"cell": cell, "reason": reason}
-                                                                 for cell, reason in packing.faults.misplaced
-                                                                 ], "selfIntersecting": packing.faults.self_intersecting}
+        "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced
+                      ], "overlapping": packing.faults.overlapping, "selfIntersecting": packing.faults.self_intersecting}
 
 
 def embedded(data: Any) -> str:

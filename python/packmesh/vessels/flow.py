@@ -241,8 +241,8 @@ def _slopes(p: np.ndarray, q: np.ndarray, loop: np.ndarray, corners: np.ndarray,
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     across = np.cross(u, v)
     rise_u, rise_v = (values[:, k] - values[:, 0] for k in (1, 2))
-    gradient = np.cross(rise_u[:, None] * v - rise_v[:, None] * u, across) / np.maximum(np.einsum("ni,ni->n", across, across),
-                                                                                        1e-300)[:, None]
+    squared = np.maximum(np.einsum("ni,ni->n", across, across), 1e-300)
+    gradient = np.cross(rise_u[:, None] * v - rise_v[:, None] * u, across) / squared[:, None]
     weight = np.linalg.norm(q - p, axis=1)
     whole = np.maximum(_sums(weight, loop), 1e-300)
     along_wall = _sums(weight * np.linalg.norm(gradient, axis=1), loop) / whole

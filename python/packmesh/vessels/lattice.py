@@ -167,8 +167,8 @@ def _planes(vertices: np.ndarray, ends: Sequence[End], faces: Dict[int, Face], l
     planes = np.column_stack([vertices.min(axis=0), vertices.max(axis=0)])
     for k, (axis, side) in faces.items():
         column = (side + 1) // 2
-        reach = side * (vertices[ends[k].outline, axis] * side).max() + side * max(_ROOM * dx,
-                                                                                   lengths[k] * abs(ends[k].normal[axis]))
+        length = max(_ROOM * dx, lengths[k] * abs(ends[k].normal[axis]))
+        reach = side * ((vertices[ends[k].outline, axis] * side).max() + length)
         planes[axis, column] = side * max(side * planes[axis, column] + _ROOM * dx, side * reach,
                                           side * _beyond_bulges(vertices, ends, faces, axis, side, dx))
     for _ in range(20):
@@ -251,8 +251,8 @@ class _Shape:
     def extend(self, end: End, outline: np.ndarray) -> None:
         """To an outline that runs the same way, of any number of vertices."""
         wall = np.concatenate(self._vertices)[end.outline]
-        if len(wall) == len(outline) and np.abs(np.cross(outline - wall,
-                                                         end.normal)).max() < 1e-6 * end.diameter:  # straight from each vertex
+        if len(wall) == len(outline) and np.abs(np.cross(outline - wall, end.normal)).max() < 1e-6 * end.diameter:
+            # Straight from each vertex.
             along = beyond = np.arange(len(wall))
         else:
             outline = np.roll(outline, -int(np.argmin(np.linalg.norm(outline - wall[0], axis=1))), axis=0)
