@@ -152,7 +152,8 @@ def constants_of(cell: CaseCell, dx: float) -> Dict[str, Any]:
         for name, value in _packmesh.default_cell(cell.name).items()}
     if cell.vertices == _COARSE_VERTICES:
         constants["triangles"] = _COARSE_TRIANGLES
-    return {**constants, "inner_edges": opposite_pairs(_packmesh.cell_template(cell.name, None, dx)[0])}
+    vertices, _ = _packmesh.cell_template(cell.name, None, dx)
+    return {**constants, "inner_edges": opposite_pairs(vertices)}
 
 
 def opposite_pairs(vertices: np.ndarray) -> List[Tuple[int, int]]:

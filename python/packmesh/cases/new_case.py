@@ -182,12 +182,9 @@ def new_case(
     try:
         with _new_folder(folder) as work:
             title = ("Blood" if hematocrit else "Plasma") + f" in {os.path.basename(given['surface'])}"
-            cells = {
-                "packed": hematocrit > 0, "pos": pos or not hematocrit, "hematocrit": hematocrit, "soft": soft,
-                "profile": profile}
-            words = {
-                "title": title, "command": _command_of(given), "realisations": realisations,
-                "program": "build/case" if realisations == 1 else "../build/case", **cells, **maker.words()}
+            words = dict(maker.words(), title=title, command=_command_of(given), realisations=realisations,
+                         hematocrit=hematocrit, program="build/case" if realisations == 1 else "../build/case",
+                         packed=hematocrit > 0, pos=pos or not hematocrit, soft=soft, profile=profile)
             write_case(work, words, seed)
             case = maker.result(work, folder, unit, unit_text, vessel, words)
             write_text(work, "README.md", {**words, "found": [f"    {line}" for line in case.text]})
@@ -370,8 +367,8 @@ class _Maker:
         config = os.path.join(work, "config.xml")
         with _told_of(work, folder):
             counts, about_cells = _forecast(config, words["soft"]) if words["packed"] else ({}, [])
-            ends = [(end.center, end.diameter) for end in self._ends]
-            narrowest = narrowest_width(_module().lumen(config), self._shape.size, ends)
+            openings = [(end.center, end.diameter) for end in self._ends]
+            narrowest = narrowest_width(_module().lumen(config), self._shape.size, openings)
         membranes = sum(counts.get(cell.name, 0) * cell.vertices for cell in self._cells)
         nodes = int(np.prod(self._shape.nodes))
         if self._has_inlet:  # the vessel fills up

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, Tuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from packmesh.base import command, files
 from packmesh.errors import InputError
 
 #: Faces of the cells of a volume. packMesh orients them, as programs differ in the order of the corners of wedges.
-_FACES = {"tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]}
+_FACES: Dict[str, List[Tuple[int, ...]]] = {"tetra": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]}
 _FACES["pyramid"] = [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
 _FACES["wedge"] = [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
 _FACES["hexahedron"] = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
