@@ -21,6 +21,7 @@ from packmesh.export.formats import OF_MEMBRANES, exported, names_of, undeformed
 from packmesh.io.packing_file import PackingFile, quaternions_of
 from packmesh.io.pos import write_pos
 from packmesh.io.stored import StateFile
+from packmesh.run.joined_cells import Domain
 from packmesh.run.lumen import RunLumen, is_red
 from packmesh.run.overlaps import faults_of_membranes
 
@@ -66,8 +67,7 @@ class DeformedPacking(CellPacking):
         self._place, self._vertices, self._templates, self._period = place, vertices, templates, period
         self._origin = ""  # of a step
         self._lumen: Optional[RunLumen] = None
-        self._box: Optional[Tuple[np.ndarray, np.ndarray,
-                                  np.ndarray]] = None  # corners and period of a lumen of which no case is known
+        self._box: Optional[Tuple[np.ndarray, ...]] = None  # corners and period of a lumen of which no case is known
         self._state: Optional[StateFile] = None  # what it was loaded from
         fits = [rigid_fits(templates[name][0], cells) for name, cells in vertices.items()]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
@@ -84,16 +84,16 @@ class DeformedPacking(CellPacking):
         return packing
 
     @classmethod
-    def of_step(cls, place: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template], period: np.ndarray,
-                origin: str, lumen: Optional[RunLumen], domain: Optional[Tuple[np.ndarray, np.ndarray]]) -> DeformedPacking:
-        """origin: iteration and what became of the cells; domain: corners of the fluid [µm], infinite along axes where they are not known"""
-        packing = cls(place, vertices, templates, period)
+    def of_step(cls, place: str, origin: str, vertices: Dict[str, np.ndarray], templates: Dict[str, Template],
+                lumen: Optional[RunLumen], domain: Optional[Domain]) -> DeformedPacking:
+        """origin: iteration and what became of the cells"""
+        packing = cls(place, vertices, templates, np.zeros(3) if domain is None else domain.size)
         packing._origin, packing._lumen = origin, lumen
         every = np.concatenate([cells.reshape(-1, 3) for cells in vertices.values()])
         if lumen is None and domain is not None and len(every):
-            known = np.isfinite(domain[1])
-            low = np.where(known, domain[0], every.min(axis=0) - _AROUND)
-            high = np.where(known, domain[1], every.max(axis=0) + _AROUND)
+            known = np.isfinite(domain.high)
+            low = np.where(known, domain.low, every.min(axis=0) - _AROUND)
+            high = np.where(known, domain.high, every.max(axis=0) + _AROUND)
             packing._box = low, high, high - low
         return packing
 

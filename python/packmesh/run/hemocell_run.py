@@ -285,12 +285,11 @@ class Step:
         folder = None if config is None else os.path.dirname(os.path.abspath(config))
         templates = {name: self._template_of(name, folder, cells) for name, cells in vertices.items()}
         if lumen is not None and self.fluid is None:
-            any(
-                lumen.tells_outside(self.folder, name, cells.mean(axis=1), lumen.depth(cells))
-                for name, cells in vertices.items() if len(cells))
-        return DeformedPacking.of_step(self.folder, vertices, templates, self.period,
-                                       f"iteration {self.iteration}, cells as they were", lumen,
-                                       None if self.domain is None else (self.domain.low, self.domain.high))
+            for name, cells in vertices.items():
+                if len(cells) and lumen.tells_outside(self.folder, name, cells.mean(axis=1), lumen.depth(cells)):
+                    break
+        origin = f"iteration {self.iteration}, cells as they were"
+        return DeformedPacking.of_step(self.folder, origin, vertices, templates, lumen, self.domain)
 
     def _template_of(self, name: str, folder: Optional[str], cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Vertices [µm] and triangles. Raises InputError if it is not known, or another than that of the cells"""
