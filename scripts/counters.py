@@ -24,9 +24,9 @@ TOLERANCE = 0.05  # of another Debian 12 with other patches of its libraries
 def instructions(program, arguments):
     """Instructions of one run of the program, including its start."""
     with tempfile.TemporaryDirectory() as folder:
-        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, *arguments.split(), "--quiet",
-                   "--threads", "1",
-                   "--output-dir", folder]
+        command = [
+            "valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, *arguments.split(), "--quiet",
+            "--threads", "1", "--output-dir", folder]
         run = subprocess.run(command, capture_output=True, text=True, check=False,
                              env={**os.environ, "PACKMESH_ISA": "portable"})
     found = re.search(r"Collected : (\d+)", run.stderr)

@@ -48,13 +48,15 @@ SETTINGS = {
     "pipeflowMalaria": (0.30, 20, 2),
     "kolmogorovFlow": (0.40, 200, 2),
     "unbounded": (0.05, 0, 2),
-    "large": (0.45, 0, 2),
-}
+    "large": (0.45, 0, 2), }
 # For the roads by files: what only the C++ code of a case says of its lumen and its inlet.
-OPTIONS = {"parallelplanes": ["--walls", "z"], "kolmogorovFlow": ["--walls", "none"], "unbounded": ["--walls", "none"],
-           "large": ["--walls", "z"],
-           **{name: ["--pre-inlet", "Xpos", "--pre-inlet-slice", "last"] for name in ["pipeflow_with_preinlet", "stl_preinlet"]},
-           "curvedflow_with_preinlet": ["--pre-inlet", "Xpos", "--pre-inlet-slice", "last", "--pre-inlet-range", "y", "0", "42"]}
+OPTIONS = {
+    "parallelplanes": ["--walls", "z"], "kolmogorovFlow": ["--walls", "none"], "unbounded": ["--walls", "none"],
+    "large": ["--walls",
+              "z"], **{
+                  name: ["--pre-inlet", "Xpos", "--pre-inlet-slice", "last"] for name in [
+                      "pipeflow_with_preinlet", "stl_preinlet"]}, "curvedflow_with_preinlet": [
+        "--pre-inlet", "Xpos", "--pre-inlet-slice", "last", "--pre-inlet-range", "y", "0", "42"]}
 CONTAINERS = {
     "flowaroundsphere": '''<container> <nodes> 200 100 100 </nodes> <box origin="-0.25 -0.25 -0.25" size="100 50 50"/>
   <obstacles> <sphere center="25 25 7.5" radius="7.5"/> <box origin="-1 -1 -1" size="102 52 1"/> <box origin="-1 -1 49.5" size="102 52 1"/> </obstacles> </container>''',
@@ -177,8 +179,8 @@ def build(options, tree, work):
     prefix = options.prefix
     if not prefix:
         prefix = work / "prefix"
-        subprocess.run(["cmake", "--install", str(HERE.parent / "build"), "--prefix", str(prefix)], check=True,
-                       stdout=subprocess.DEVNULL)
+        subprocess.run(["cmake", "--install", str(HERE.parent / "build"), "--prefix",
+                        str(prefix)], check=True, stdout=subprocess.DEVNULL)
     library = tree / "build/libhemocell.a"
     if not library.exists():
         fail(f"there is no {library}; build HemoCell's target hemocell first")
@@ -193,13 +195,15 @@ def build(options, tree, work):
             target.write_text(text)
         names.append(name)
         folders.append(str(source.parent))
-    includes = [tree / p for p in ("config", "core", "helper", "io", "mechanics", "external/tinyxml2", "palabos/src",
-                                   "palabos/externalLibraries/tinyxml", ".", "palabos/externalLibraries")]
-    (folder / "CMakeLists.txt").write_text(CMAKE.format(library=library, includes=" ".join(map(str, includes)),
-                                                        cases=" ".join(names), folders=" ".join(folders)))
+    includes = [
+        tree / p for p in ("config", "core", "helper", "io", "mechanics", "external/tinyxml2", "palabos/src",
+                           "palabos/externalLibraries/tinyxml", ".", "palabos/externalLibraries")]
+    (folder / "CMakeLists.txt").write_text(
+        CMAKE.format(library=library, includes=" ".join(map(str, includes)), cases=" ".join(names), folders=" ".join(folders)))
     log = (work / "build.log").open("w")
     for command in (["cmake", "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
-                    ["cmake", "--build", folder / "build", "-j", str(options.jobs), "--", "-k"]):
+                    ["cmake", "--build", folder / "build", "-j",
+                     str(options.jobs), "--", "-k"]):
         subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT, check=False)
     return {name: folder / "build" / name for name in names if (folder / "build" / name).exists()}, prefix
 
@@ -221,7 +225,9 @@ def prepare(source, case, name, hematocrit, road):
         if file.is_file() and file.suffix in {".xml", ".stl", ".txt", ".cpp"} | ({".pos"} if road == "shipped" else set()):
             shutil.copy(file, case)
     config = case / "config.xml"
-    config.write_text(edited(config.read_text(errors="replace"), hematocrit, CONTAINERS.get(name, "") if road != "plugin" else ""))
+    config.write_text(
+        edited(config.read_text(errors="replace"), hematocrit,
+               CONTAINERS.get(name, "") if road != "plugin" else ""))
     for file in (config, case / "RBC.xml") if name == "large" else ():
         text = file.read_text()
         for tag, value in LARGE.items():
@@ -232,8 +238,9 @@ def prepare(source, case, name, hematocrit, road):
 def predicted(packmesh, case, name, pack, ranks):
     """What packMesh check says of the .pos files, after packing them if asked. Returns cells kept, in files, complaint"""
     for command in [[], ["check"]] if pack else [["check"]]:
-        done = subprocess.run(["mpirun", "-n", str(1 if command else ranks), str(packmesh)] + command + ["config.xml"] + OPTIONS.get(name, []),
-                              cwd=case, capture_output=True, text=True)
+        done = subprocess.run(
+            ["mpirun", "-n", str(1 if command else ranks), str(packmesh)] + command + ["config.xml"] + OPTIONS.get(name, []),
+            cwd=case, capture_output=True, text=True)
         with (case / "packMesh.txt").open("a") as log:
             log.write(done.stdout + done.stderr)
         found = re.findall(r"HemoCell keeps (\d+) of (\d+) (\S+?)[;,]?(?:\s|$)", done.stdout)
@@ -247,12 +254,14 @@ def run(options, prefix, program, name, hematocrit, iterations, ranks, work):
     prepare(options.sources[name], case, name, hematocrit, options.road)
     result = {"case": name, "hematocrit": "" if hematocrit is None else hematocrit, "ranks": ranks}
     if options.road != "plugin":
-        result["predicted"], result["files"], complaint = predicted(prefix / "bin/packMesh", case, name, options.road == "files", ranks)
+        result["predicted"], result["files"], complaint = predicted(prefix / "bin/packMesh", case, name,
+                                                                    options.road == "files", ranks)
         if complaint is not None:
             result["complaint"] = complaint
             if options.road == "files":
                 return result
-    environment = dict(os.environ, PROBE_ROAD=options.road, PROBE_ITERATIONS=str(iterations), OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe")
+    environment = dict(os.environ, PROBE_ROAD=options.road, PROBE_ITERATIONS=str(iterations),
+                       OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe")
     environment["OMPI_MCA_mpi_yield_when_idle"] = "1"  # HemoCell's set-up sends a message per node
     with (case / "log.txt").open("w") as log:
         running = subprocess.Popen(["mpirun", "-n", str(ranks), str(program), "config.xml"], cwd=case, env=environment,
@@ -297,8 +306,9 @@ def row(r, road):
 
 def table(results, road):
     files = ["cells in the files", "predicted by packMesh check"] if road != "plugin" else []
-    head = ["case", "hematocrit", "ranks"] + files + ["cells at the start", "cells at the end", "iterations", "largest force [pN]",
-                                                     "time to fill [s]", "memory per rank [MB]"]
+    head = ["case", "hematocrit", "ranks"] + files + [
+        "cells at the start", "cells at the end", "iterations", "largest force [pN]", "time to fill [s]", "memory per rank [MB]"
+    ]
     for line in [head, ["---"] * len(head)] + [row(r, road) for r in results]:
         yield "| " + " | ".join(map(str, line)) + " |"
 
@@ -329,8 +339,9 @@ def main():
     for name in options.cases:
         hematocrit, iterations, ranks = SETTINGS.get(name, (0.30, 200, 2))
         if name not in programs:
-            results.append({"case": name, "hematocrit": "", "ranks": "", "files": {}, "predicted": {},
-                            "error": [f"does not compile, see {work}/build.log"]})
+            results.append({
+                "case": name, "hematocrit": "", "ranks": "", "files": {}, "predicted": {},
+                "error": [f"does not compile, see {work}/build.log"]})
             continue
         shipped = options.road == "shipped"
         for h in [None] if shipped else options.hematocrits or ([hematocrit] if hematocrit else [0.40, 0.45, 0.50]):

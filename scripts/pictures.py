@@ -28,7 +28,9 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(["bash", "-e", "-c", commands], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
             target = ROOT / f"docs/images/{name}.png"
-            Image.open(Path(folder, f"{name}.png")).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(target, optimize=True)
+            Image.open(Path(folder,
+                            f"{name}.png")).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE,
+                                                                    dither=Image.Dither.NONE).save(target, optimize=True)
             print(f"(packMesh) Wrote {target.relative_to(ROOT)}, {target.stat().st_size // 1000} kB", flush=True)
 
 

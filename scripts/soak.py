@@ -42,10 +42,11 @@ class Finding(Exception):
 def run(command, folder, seconds, text=None):
     """Exit code, output and errors. Kills the whole process group on a timeout."""
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                       OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe", OMPI_MCA_mpi_yield_when_idle="1",
+                       OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe",
+                       OMPI_MCA_mpi_yield_when_idle="1",
                        OMPI_MCA_odls_base_sigkill_timeout="0")  # ranks of a refused problem have ended by themselves
-    process = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, env=environment, start_new_session=True)
+    process = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               env=environment, start_new_session=True)
     try:
         out, err = process.communicate(text, timeout=seconds)
     except subprocess.TimeoutExpired:
@@ -108,15 +109,17 @@ def examine_numbers(problem, folder, told):
     if "hematocrit" in problem and not best_effort:
         asked = problem["hematocrit"] * problem["volume"]
         count, volume = found["RBC"]
-        require(abs(asked - count * volume) <= volume * (0.5 + 1e-6) + 2e-4 * problem["volume"],
-                f"{count} red cells of {volume} µm³ for {asked} µm³")
+        require(
+            abs(asked - count * volume) <= volume * (0.5 + 1e-6) + 2e-4 * problem["volume"],
+            f"{count} red cells of {volume} µm³ for {asked} µm³")
     if problem.get("ratio") and not best_effort:
         asked, have = found["RBC"][0] * problem["ratio"], found["PLT"][0]
         require(abs(asked - have) <= 0.5 + 1e-9, f"{have} platelets for {found['RBC'][0]} red cells")
     for name, fixed in problem.get("fixed", {}).items():
         lines = lines_of(folder / f"{name}.pos")
-        period = next(([float(x) for x in line.split()[1:]] for line in problem["oracle"].splitlines()
-                       if line.startswith("period")), [0, 0, 0]) + [360] * 3  # images are as good
+        period = next(([float(x) for x in line.split()[1:]]
+                       for line in problem["oracle"].splitlines() if line.startswith("period")),
+                      [0, 0, 0]) + [360] * 3  # images are as good
         for line in fixed:
             off = [[abs(a - b - (p and p * round((a - b) / p))) for a, b, p in zip(line, other, period)] for other in lines]
             require(any(max(o) < 1e-9 for o in off), f"the fixed cell {line} of {name} is not where it was")
@@ -186,8 +189,8 @@ def main():
                 (options.keep / f"{name}.args").write_text(json.dumps(dict(problem, why=what), indent=1) + "\n")
     for (kind, outcome), count in sorted(kinds.items()):
         print(f"{kind:28} {outcome:24} {count:6}")
-    print(f"{sum(tally.values())} problems: " + ", ".join(f"{n} {what}" for what, n in sorted(tally.items())) +
-          f"; slowest {slowest[0]:.1f} s ({slowest[1]})")
+    print(f"{sum(tally.values())} problems: " + ", ".join(f"{n} {what}" for what, n in sorted(tally.items()))
+          + f"; slowest {slowest[0]:.1f} s ({slowest[1]})")
     total, refused = sum(tally.values()), tally[OUTCOMES[1]] + tally[OUTCOMES[2]]
     if total == 0:
         print("nothing was examined")

@@ -12,7 +12,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 rm -rf "$wheels"
 
-# Both environments have the packages of the system: scikit-build for the one, NumPy, h5py and Jinja2 for the other. (pip does not see
+# Both environments have the packages of the system: scikit-build for the one, NumPy, SciPy, h5py and Jinja2 for the other. (pip does not see
 # Debian's h5py.)
 "$python" -m venv --system-site-packages "$scratch/builder"
 "$scratch/builder/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$wheels" .

@@ -12,33 +12,35 @@ import importlib as _importlib
 import logging as _logging
 import typing as _typing
 
-from .errors import WarningsOfLog as _WarningsOfLog
+from packmesh.errors import WarningsOfLog as _WarningsOfLog
 
 _logging.getLogger("packmesh").addHandler(_WarningsOfLog())
 
 if _typing.TYPE_CHECKING:
-    from ._check import check
-    from ._settings import Beyond, Box, Cylinder, HalfSpace, Mesh, Region, Species, Sphere
-    from .case import Case, Forecast, forecast, pack, packing_of, realisations
-    from .cells import Cells
-    from .deformed_packing import DeformedCheck, DeformedPacking
-    from .errors import Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError, PackingWarning, RankError, RepairWarning, UnknownCellsError
-    from .hemocell_run import Run, Step, hemocell_output
-    from .new_case import NewCase, new_case
-    from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
-    from .pos import read_pos, write_pos
-    from .progress import Progress
+    from packmesh.base.progress import Progress
+    from packmesh.cases.new_case import NewCase, new_case
+    from packmesh.cells.cells import Cells
+    from packmesh.errors import (Error, InfeasibleError, InputError, InternalError, MissingFileError, OutputError,
+                                 PackingWarning, RankError, RepairWarning, UnknownCellsError)
+    from packmesh.io.pos import read_pos, write_pos
+    from packmesh.packing.check import check
+    from packmesh.packing.pack import Case, Forecast, forecast, pack, packing_of, realisations
+    from packmesh.packing.packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
+    from packmesh.packing.request import Beyond, Box, Cylinder, HalfSpace, Mesh, Region, Species, Sphere
+    from packmesh.run.deformed_packing import DeformedCheck, DeformedPacking
+    from packmesh.run.hemocell_run import Run, Step, hemocell_output
 
     __version__: str
 
-__all__ = ["Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
-           "DeformedPacking", "Error", "Forecast", "HalfSpace", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "MissingFileError", "NewCase", "OutputError", "Overlap", "Packing", "PackingWarning", "Profile", "Progress", "RankError",
-           "Region", "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "new_case", "pack", "packing_of", "read_pos",
-           "realisations", "write_pos"]
+__all__ = [
+    "Beyond", "Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck", "DeformedPacking", "Error",
+    "Forecast", "HalfSpace", "InfeasibleError", "InputError", "InternalError", "Mesh", "Misplaced", "MissingFileError",
+    "NewCase", "OutputError", "Overlap", "Packing", "PackingWarning", "Profile", "Progress", "RankError", "Region",
+    "RepairWarning", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load",
+    "new_case", "pack", "packing_of", "read_pos", "realisations", "write_pos"]
 
-_MODULES = ("errors", "hemocell_run", "_settings", "pos", "cells", "packing", "progress", "_check", "case", "deformed_packing", "new_case")
-
+_MODULES = ("errors", "run.hemocell_run", "packing.request", "io.pos", "cells.cells", "packing.packing", "base.progress",
+            "packing.check", "packing.pack", "run.deformed_packing", "cases.new_case")
 
 if not _typing.TYPE_CHECKING:  # names that are not there are errors to type checkers
 

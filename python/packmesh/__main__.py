@@ -13,8 +13,8 @@ import subprocess
 import sys
 import tempfile
 
-from packmesh import files
-from packmesh.command import UnusableError, UsageError, run
+from packmesh.base import files
+from packmesh.base.command import UnusableError, UsageError, run
 from packmesh.errors import InputError
 
 COMMANDS = {
@@ -31,11 +31,12 @@ COMMANDS = {
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",
     "paraview-cells": "a picture of VTK files (packMesh --vtp) by ParaView; needs pvpython",
-    "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
-}
+    "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython"}
 
-#: Whose name is that of what other modules use.
-MODULES = {"export": "export_command"}
+#: Of those that other modules use, too; all others are in commands/.
+MODULES = {
+    "view": "show.view", "plot": "show.plot", "growth_frames": "export.growth_frames", "cat_cells": "export.cat_cells",
+    "surface": "io.mesh_file", "new_case": "cases.new_case"}
 
 #: Of the cells, by paraview-cells.
 COLOURS = ("species", "gap", "local_hematocrit", "id")
@@ -43,7 +44,7 @@ COLOURS = ("species", "gap", "local_hematocrit", "id")
 
 def run_in_paraview(name, arguments):
     """ParaView has a Python of its own, which need not have packmesh: it runs the file. --path prints its path."""
-    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), name + ".py")
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands", name + ".py")
     if arguments == ["--path"]:
         print(script)
         return
@@ -59,7 +60,8 @@ def run_in_paraview(name, arguments):
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):  # ParaView crashes
         virtual = shutil.which("xvfb-run")
         if not virtual:
-            raise UnusableError("ParaView needs a display, and there is none: with xvfb-run (Debian: xvfb) it draws without one")
+            raise UnusableError(
+                "ParaView needs a display, and there is none: with xvfb-run (Debian: xvfb) it draws without one")
         command = [virtual, "-a", "-s", "-noreset -screen 0 1280x1024x24", *command]
     with tempfile.TemporaryDirectory() as folder, files.Outputs() as outputs:
         if len(arguments) < 2:
@@ -107,19 +109,22 @@ def dispatched():
     if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         print(__doc__.splitlines()[0] + "\n")
         print("\n".join(f"  {name:16} {text}" for name, text in COMMANDS.items()))
-        print("\nEach has --help. Exit codes are those of packMesh (packMesh --help), and 69: a package or program that the command needs is missing.")
+        print(
+            "\nEach has --help. Exit codes are those of packMesh (packMesh --help), and 69: a package or program that the command needs is missing."
+        )
         return 0 if len(sys.argv) > 1 else 1
     command, arguments = sys.argv[1], sys.argv[2:]
     if command not in COMMANDS:
         if command == "check" or command.endswith(".xml"):
             raise UsageError(f"'{command}' is for packMesh, the other program: packMesh {' '.join(sys.argv[1:])}")
         near = difflib.get_close_matches(command, COMMANDS, 1)
-        raise UsageError(f"unknown command '{command}'" + (f", did you mean '{near[0]}'?" if near else f"; expected one of {', '.join(COMMANDS)}"))
+        raise UsageError(f"unknown command '{command}'"
+                         + (f", did you mean '{near[0]}'?" if near else f"; expected one of {', '.join(COMMANDS)}"))
     name = command.replace("-", "_")
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)
     sys.argv = [f"packmesh {command}", *arguments]
-    return importlib.import_module("packmesh." + MODULES.get(name, name)).main()
+    return importlib.import_module("packmesh." + MODULES.get(name, "commands." + name)).main()
 
 
 def main():

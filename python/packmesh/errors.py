@@ -66,7 +66,8 @@ class WarningsOfLog(logging.Handler):
 
     def emit(self, record):
         own, frame, level = os.path.dirname(__file__) + os.sep, sys._getframe(), 1
-        while frame.f_back is not None and (frame.f_code.co_filename.startswith(own) or frame.f_globals.get("__name__") in ("logging", "contextlib")):
+        while frame.f_back is not None and (frame.f_code.co_filename.startswith(own)
+                                            or frame.f_globals.get("__name__") in ("logging", "contextlib")):
             frame, level = frame.f_back, level + 1
         if record.levelno == logging.WARNING:
             warnings.warn(record.getMessage(), getattr(record, "category", PackingWarning), stacklevel=level)

@@ -38,7 +38,6 @@
 #include "packMesh/core/version.h"
 #include "packMesh/io/sealed_file.h"
 #include "packMesh/mesh/mesh_file.h"
-#include "packMesh/mesh/union_find.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/state_file.h"
 
@@ -49,7 +48,6 @@ using namespace packmesh::hemocell;
 namespace {
 
 namespace fs = std::filesystem;
-using PairsOfNodes = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
 /// @param mpi address of an MPI_Comm; 0: none
 Communicator ranksOf(std::uintptr_t mpi) {
@@ -281,16 +279,6 @@ py::tuple readMeshFile(const fs::path& file) {
   return arraysOf(mesh) + py::make_tuple(notes);
 }
 
-/// Of a graph: the lowest number in the component of each node. @param pairs of nodes, shape (n, 2)
-py::array_t<std::int64_t> componentsOf(py::ssize_t count, const PairsOfNodes& pairs) {
-  UnionFind sets{std::size_t(count)};
-  const auto pair = pairs.unchecked<2>();
-  for (py::ssize_t i = 0; i < pair.shape(0); ++i) sets.join(int(pair(i, 0)), int(pair(i, 1)));
-  py::array_t<std::int64_t> first(count);
-  for (py::ssize_t i = 0; i < count; ++i) first.mutable_at(i) = sets.first(int(i));
-  return first;
-}
-
 /// What HemoCell's XML file of a cell has: lengths [m], constants. @param name of a cell with a default
 py::dict defaultCell(const std::string& name) {
   const CellModel model = defaultModel(name).value();
@@ -462,7 +450,6 @@ PYBIND11_MODULE(_packmesh, module) {
   addPacking(module);
   addRunAnalysis(module);
   module.def("version", &version);
-  module.def("git_hash", &gitHash);
   module.def("pack", &pack);
   module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
   module.def("is_of_run", &isOfRun);
@@ -473,7 +460,6 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("write_pos", &writePos);
   module.def("case", &caseOf);
   module.def("read_mesh", &readMeshFile);
-  module.def("components", &componentsOf);
   module.def("default_cell", &defaultCell);
   module.def("construction", &constructionOf);
   module.def("needed_envelope", &neededEnvelopeAt);

@@ -17,7 +17,7 @@ file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian_files.cmake)
 packmesh_citation(date-released CPACK_PACKMESH_RELEASED)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "openmpi-bin, python3-numpy, python3-h5py, python3-jinja2")  # mpirun; what the Python package needs
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "openmpi-bin, python3-numpy, python3-scipy, python3-h5py, python3-jinja2")  # mpirun; what the Python package needs
 # Pictures; what find_package(packMesh) looks for.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, python3-meshio, python3-vtk9, libfmt-dev, libhdf5-openmpi-dev, libopenmesh-dev, libopenmpi-dev, libtinyxml2-dev")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Fills vessels with the surface meshes of blood cells that HemoCell will

@@ -49,8 +49,8 @@ def run(command, folder, timeout):
     start = time.monotonic()
     environment = {"OMP_NUM_THREADS": "1", **os.environ}  # one core for each program
     with open(os.devnull, "rb") as nothing, open(folder / "packer.log", "wb") as log:
-        child = subprocess.Popen(["/bin/sh", "-c", f"ulimit -t {timeout:.0f}; {command}"], cwd=folder, stdin=nothing, stdout=log, stderr=log,
-                                 env=environment, start_new_session=True)
+        child = subprocess.Popen(["/bin/sh", "-c", f"ulimit -t {timeout:.0f}; {command}"], cwd=folder, stdin=nothing,
+                                 stdout=log, stderr=log, env=environment, start_new_session=True)
         while True:
             done, status, usage = os.wait4(child.pid, os.WNOHANG)
             if done:
@@ -106,15 +106,19 @@ def solve(name, command, problem, seed, options):
     x, y, z = problem["box"]
     rbc = round(problem["hematocrit"] * x * y * z / RED_CELL)
     lumen = "config.xml" if "case" in problem else f"{x} {y} {z}"
-    for key, value in {"x": x, "y": y, "z": z, "hematocrit": problem["hematocrit"], "rbc": rbc, "plt": round(PLATELETS * rbc), "seed": seed,
-                       "lumen": lumen}.items():
+    for key, value in {
+            "x": x, "y": y, "z": z, "hematocrit": problem["hematocrit"], "rbc": rbc, "plt": round(PLATELETS * rbc),
+            "seed": seed, "lumen": lumen}.items():
         command = command.replace(f"{{{key}}}", str(value))
     cpu, wall, error = run(command, folder, options.timeout)
-    result = {"problem": problem["name"], "what": problem["what"], "asked": problem["hematocrit"], "packer": name, "seed": seed, "cpu": cpu, "wall": wall}
+    result = {
+        "problem": problem["name"], "what": problem["what"], "asked": problem["hematocrit"], "packer": name, "seed": seed,
+        "cpu": cpu, "wall": wall}
     if error or not (folder / "RBC.pos").exists():
         result["error"] = error or "no RBC.pos"
     else:
-        result.update(judged(options.packMesh, ["config.xml"] if "case" in problem else ["--box", *map(str, problem["box"])], folder))
+        result.update(
+            judged(options.packMesh, ["config.xml"] if "case" in problem else ["--box", *map(str, problem["box"])], folder))
         if box := filled_box(folder):
             result["filled"] = {"box": box, **judged(options.packMesh, ["--box", *map(str, box), "--ends", "periodic"], folder)}
     if not options.keep:
@@ -122,8 +126,9 @@ def solve(name, command, problem, seed, options):
     return result
 
 
-HEAD = ["problem", "hematocrit asked", "program", "cells in the files", "kept by HemoCell", "hematocrit of those", "overlapping pairs",
-        "CPU time [s]", "in the periodic box that it fills: kept, hematocrit of all, overlapping pairs"]
+HEAD = [
+    "problem", "hematocrit asked", "program", "cells in the files", "kept by HemoCell", "hematocrit of those",
+    "overlapping pairs", "CPU time [s]", "in the periodic box that it fills: kept, hematocrit of all, overlapping pairs"]
 
 
 def row(r):
@@ -131,9 +136,12 @@ def row(r):
     if "error" in r:
         return first + [r["error"], "", "", "", "", ""]
     filled = r.get("filled", {})
-    there = (f"{' × '.join(f'{edge:g}' for edge in filled['box'])} µm: {sum(filled['kept'].values())}, {filled['hematocritInFiles']:.4f}, "
-             f"{filled['overlaps']}" if "kept" in filled else filled.get("error", ""))
-    return first + [sum(r["files"].values()), sum(r["kept"].values()), f"{r['hematocrit']:.4f}", r["overlaps"], f"{r['cpu']:.2f}", there]
+    there = (
+        f"{' × '.join(f'{edge:g}' for edge in filled['box'])} µm: {sum(filled['kept'].values())}, {filled['hematocritInFiles']:.4f}, "
+        f"{filled['overlaps']}" if "kept" in filled else filled.get("error", ""))
+    return first + [
+        sum(r["files"].values()),
+        sum(r["kept"].values()), f"{r['hematocrit']:.4f}", r["overlaps"], f"{r['cpu']:.2f}", there]
 
 
 def line(cells):
@@ -146,7 +154,9 @@ def main():
     parser.add_argument("--packMesh", default=shutil.which("packMesh") or str(ROOT / "build/bin/packMesh"))
     parser.add_argument("--packCells", help="HemoCell's own, tools/packCells")
     parser.add_argument("--packer", nargs=2, action="append", default=[], metavar=("NAME", "COMMAND"))
-    parser.add_argument("--problems", nargs="+", choices=[p["name"] for p in problems], metavar="NAME", help=", ".join(p["name"] for p in problems))
+    parser.add_argument("--problems", nargs="+", choices=[p["name"]
+                                                          for p in problems], metavar="NAME", help=", ".join(p["name"]
+                                                                                                             for p in problems))
     parser.add_argument("--seeds", nargs="+", type=int, default=[1])
     parser.add_argument("--timeout", type=float, default=300.0, help="CPU time of one packing [s]")
     parser.add_argument("--keep", help="folder for what the programs write")

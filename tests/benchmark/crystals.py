@@ -45,7 +45,8 @@ class Template:
     """The mesh of a red cell, and the distances of points from its surface, negative inside (a grid in the body's frame)."""
 
     def __init__(self):
-        self.vertices, self.triangles = packmesh.pack(box=(20, 20, 20), species={"RBC": packmesh.Species(count=1)}).template("RBC")
+        self.vertices, self.triangles = packmesh.pack(box=(20, 20, 20),
+                                                      species={"RBC": packmesh.Species(count=1)}).template("RBC")
         corners = self.vertices[self.triangles]
         self.volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
         self.reach = np.linalg.norm(self.vertices, axis=1).max()
@@ -91,8 +92,9 @@ class Crystal:
             lattice = np.eye(3) + 0.3 * rng.standard_normal((3, 3))
             if abs(np.linalg.det(lattice)) < 0.3:
                 continue
-            lattice *= (cells * template.volume / FIRST_FRACTION / abs(np.linalg.det(lattice))) ** (1 / 3)
-            crystal = cls(template, lattice, rng.random((cells, 3)) @ lattice.T, Rotation.random(cells, random_state=rng)).reduced()
+            lattice *= (cells * template.volume / FIRST_FRACTION / abs(np.linalg.det(lattice)))**(1 / 3)
+            crystal = cls(template, lattice,
+                          rng.random((cells, 3)) @ lattice.T, Rotation.random(cells, random_state=rng)).reduced()
             if not any(crystal.pairs(2 * template.reach)):
                 return crystal
 
@@ -156,14 +158,18 @@ class Crystal:
             return not packmesh.check(folder, box=tuple(np.ceil(high - low))).certificate.overlapping
 
     def write(self, file):
-        file.write_text(json.dumps({
-            "cells": len(self.centers), "volumeFraction": round(self.fraction, 5), "latticeVectors": self.lattice.T.tolist(),
-            "positions": self.centers.tolist(), "rotations": self.rotations.as_quat().tolist()}, indent=2) + "\n")
+        file.write_text(
+            json.dumps(
+                {
+                    "cells": len(self.centers), "volumeFraction": round(self.fraction, 5), "latticeVectors": self.lattice.T.
+                    tolist(), "positions": self.centers.tolist(), "rotations": self.rotations.as_quat().tolist()}, indent=2)
+            + "\n")
 
     @classmethod
     def read(cls, template, file):
         held = json.loads(file.read_text())
-        return cls(template, np.array(held["latticeVectors"]).T, np.array(held["positions"]), Rotation.from_quat(held["rotations"]))
+        return cls(template,
+                   np.array(held["latticeVectors"]).T, np.array(held["positions"]), Rotation.from_quat(held["rotations"]))
 
 
 class Programme:
@@ -175,10 +181,12 @@ class Programme:
     def add(self, i, j, image, on_i, on_j, normals, distances):
         """on_i, on_j: points [µm]; normals: unit vectors from j to i; distances: along them [µm]"""
         apart = self.crystal.centers[i] - image
-        strain = np.stack([normals[:, 0] * apart[0], normals[:, 1] * apart[1], normals[:, 2] * apart[2],
-                           normals[:, 0] * apart[1] + normals[:, 1] * apart[0], normals[:, 0] * apart[2] + normals[:, 2] * apart[0],
-                           normals[:, 1] * apart[2] + normals[:, 2] * apart[1]], axis=1)
-        self.blocks.append((i, j, strain, normals, np.cross(on_i - self.crystal.centers[i], normals), np.cross(on_j - image, normals), distances))
+        strain = np.stack([
+            normals[:, 0] * apart[0], normals[:, 1] * apart[1], normals[:, 2] * apart[2],
+            normals[:, 0] * apart[1] + normals[:, 1] * apart[0], normals[:, 0] * apart[2] + normals[:, 2] * apart[0],
+            normals[:, 1] * apart[2] + normals[:, 2] * apart[1]], axis=1)
+        self.blocks.append((i, j, strain, normals, np.cross(on_i - self.crystal.centers[i],
+                                                            normals), np.cross(on_j - image, normals), distances))
 
     def solve(self, trust):
         """The step that makes the lattice smallest; None if there is none. `trust` [µm] bounds the motion of points."""
@@ -201,14 +209,17 @@ class Programme:
             right.append(np.maximum(-distances, -3 * trust).clip(max=0.5 * trust))
             row += count
         objective = np.r_[np.ones(3), np.zeros(3 + 6 * n), np.full(len(self.blocks), OVERLAP_COST)]
-        bounds = [(-trust / 6, trust / 6)] * 6 + [(-trust, trust)] * (3 * n) + [(-trust / 3, trust / 3)] * (3 * n) + [(0, None)] * len(self.blocks)
+        bounds = [(-trust / 6, trust / 6)] * 6 + [(-trust, trust)] * (3 * n) + [(-trust / 3, trust / 3)] * (3 * n) + [
+            (0, None)] * len(self.blocks)
         bounds[6:9] = [(0, 0)] * 3
         if not row:
             return np.r_[np.full(3, -trust / 6), np.zeros(3 + 6 * n)]
         # The last variables are overlaps that may be left between the cells of each block.
         sizes = [len(block[-1]) for block in self.blocks]
-        values.append(np.ones(row)), rows.append(np.arange(row)), columns.append(6 + 6 * n + np.repeat(np.arange(len(sizes)), sizes))
-        matrix = csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(row, len(objective)))
+        values.append(np.ones(row)), rows.append(np.arange(row)), columns.append(6 + 6 * n
+                                                                                 + np.repeat(np.arange(len(sizes)), sizes))
+        matrix = csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+                            shape=(row, len(objective)))
         solved = linprog(objective, A_ub=-matrix, b_ub=-np.concatenate(right), bounds=bounds, method="highs")
         return solved.x[:6 + 6 * n] if solved.status == 0 else None
 
@@ -296,8 +307,9 @@ def triangle_programme(crystal, trust):
     programme = Programme(crystal)
     cutoff = 0.02 + 3 * trust
     turned = [r.apply(template.vertices) for r in crystal.rotations]
-    largest = max(np.linalg.norm(template.vertices[template.triangles[:, k]] - template.vertices[template.triangles].mean(axis=1), axis=1).max()
-                  for k in range(3))
+    largest = max(
+        np.linalg.norm(template.vertices[template.triangles[:, k]]
+                       - template.vertices[template.triangles].mean(axis=1), axis=1).max() for k in range(3))
 
     def near(points, of, center):
         """The triangles that have a vertex near the surface of the other cell."""
@@ -375,27 +387,32 @@ def one_start(task):
 
 def search(options):
     init(options.seed)
-    print("| cells per period | starts | certified volume fraction | the best of them | CPU time [s] |\n| ---: | ---: | ---: | --- | ---: |", flush=True)
+    print(
+        "| cells per period | starts | certified volume fraction | the best of them | CPU time [s] |\n| ---: | ---: | ---: | --- | ---: |",
+        flush=True)
     with multiprocessing.get_context("fork").Pool(options.processes) as pool:
         for cells in options.cells:
             began = time.monotonic()
             found = []
             for _, start, raw, crystal in pool.imap_unordered(one_start, [(cells, k) for k in range(options.starts)]):
                 if options.verbose:
-                    print(f"{cells} cells, start {start}: {raw:.4f}, certified {crystal.fraction if crystal else 0:.5f}", file=sys.stderr, flush=True)
+                    print(f"{cells} cells, start {start}: {raw:.4f}, certified {crystal.fraction if crystal else 0:.5f}",
+                          file=sys.stderr, flush=True)
                 if crystal is not None:
                     found.append(crystal)
             found.sort(key=lambda crystal: -crystal.fraction)
             if found and options.write:
                 found[0].write(options.write / f"red_cells_{cells}.json")
             best = ", ".join(f"{crystal.fraction:.4f}" for crystal in found[:4])
-            print(f"| {cells} | {options.starts} | {f'{found[0].fraction:.4f}' if found else 'none'} | {best} | "
-                  f"{options.processes * (time.monotonic() - began):.0f} |", flush=True)
+            print(
+                f"| {cells} | {options.starts} | {f'{found[0].fraction:.4f}' if found else 'none'} | {best} | "
+                f"{options.processes * (time.monotonic() - began):.0f} |", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cells", type=int, nargs="+", default=list(range(1, 9)), metavar="N", help="cells per period (default: 1 to 8)")
+    parser.add_argument("--cells", type=int, nargs="+", default=list(range(1, 9)), metavar="N",
+                        help="cells per period (default: 1 to 8)")
     parser.add_argument("--starts", type=int, default=100, help="random crystals to be compressed, for each number of cells")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=multiprocessing.cpu_count())
@@ -411,7 +428,9 @@ def main():
         crystal = Crystal.read(shape, file)
         verdict = crystal.is_clean()
         clean &= verdict
-        print(f"{file}: {len(crystal.centers)} cells per period, volume fraction {crystal.fraction:.5f}, {'no overlap' if verdict else 'OVERLAPS'}")
+        print(
+            f"{file}: {len(crystal.centers)} cells per period, volume fraction {crystal.fraction:.5f}, {'no overlap' if verdict else 'OVERLAPS'}"
+        )
     return 0 if clean else 4
 
 

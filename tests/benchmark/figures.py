@@ -30,8 +30,7 @@ INLINE = re.compile(r"(<!-- figure ([\w-]+) -->)(.*?)(<!-- end figure -->)", re.
 CLAIMS = [
     r"\b(a|one|four|ten) million (red )?cells[^.|]{0,80} \d+(\.\d+)? (s|min)\b",
     r"\b100,000 (red )?cells[^.|]{0,60} \d+(\.\d+)? (s|min)\b",
-    r"\d+(\.\d+)? ms per cell at 0\.[34]\d?\b",
-]
+    r"\d+(\.\d+)? ms per cell at 0\.[34]\d?\b", ]
 
 
 def output(*command):
@@ -54,17 +53,18 @@ SPEED = {
     r"^cylinder-0\.(50|55)$": "cylinder r 12.5, l 50, periodic ends",
     r"^blood49-0\.40$": "49³, red cells with platelets and 2 white cells",
     r"^apart50-0\.40$": "periodic 50³, 0.25 µm apart",
-    r"^columns50-0\.(60|64|65)$": "periodic 50³, `--order columns`",
-}
+    r"^columns50-0\.(60|64|65)$": "periodic 50³, `--order columns`", }
 
 
 class Measurements:
+
     def __init__(self, root, packcells):
         self.programs = root / "build/bin"
         self.packcells = packcells
 
     def scaling(self, table, repeats=3):
-        return output(sys.executable, HERE / "scaling.py", "--packMesh", self.programs / "packMesh", "--repeats", repeats, table)
+        return output(sys.executable, HERE / "scaling.py", "--packMesh", self.programs / "packMesh", "--repeats", repeats,
+                      table)
 
     def speed(self):
         """The fastest of three runs of each case."""
@@ -75,11 +75,13 @@ class Measurements:
                 for case in json.loads((Path(folder) / "cases.json").read_text())["cases"]:
                     if case["case"] not in best or case["cpuSeconds"] < best[case["case"]]["cpuSeconds"]:
                         best[case["case"]] = case
-        lines = ["| packed | cells | fraction of the volume | sweeps | CPU time per cell [ms] | CPU time [s] |",
-                 "| --- | ---: | ---: | ---: | ---: | ---: |"]
+        lines = [
+            "| packed | cells | fraction of the volume | sweeps | CPU time per cell [ms] | CPU time [s] |",
+            "| --- | ---: | ---: | ---: | ---: | ---: |"]
         what = {case: label for case in best for pattern, label in SPEED.items() if re.search(pattern, case)}
-        lines += [f"| {what[c['case']]} | {c['cells']:.0f} | {c['fraction']:.3f} | {c['sweeps']:.0f} | {c['msPerCell']['total']:.3f} "
-                  f"| {c['cpuSeconds']:.3f} |" for c in best.values()]
+        lines += [
+            f"| {what[c['case']]} | {c['cells']:.0f} | {c['fraction']:.3f} | {c['sweeps']:.0f} | {c['msPerCell']['total']:.3f} "
+            f"| {c['cpuSeconds']:.3f} |" for c in best.values()]
         return "\n".join(lines)
 
     def threads(self):
@@ -118,14 +120,11 @@ ON_REQUEST = {"largest", "compare"}
 # Single figures: the table, its row (a number, or how it begins) and column.
 PIPE = "pipe, radius 12.5 µm"
 SINGLE = {
-    **{f"pipe-{asked[2:]}-{program}-{what}": ("compare", (PIPE, asked, name), column)
-       for asked in ("0.30", "0.40", "0.45", "0.50")
-       for program, name in (("packMesh", "packMesh"), ("growth", "packMesh --method cat"), ("packCells", "packCells"))
-       for what, column in (("cells", 3), ("kept", 4), ("hematocrit", 5), ("time", 7))},
+    **{
+        f"pipe-{asked[2:]}-{program}-{what}": ("compare", (PIPE, asked, name), column) for asked in ("0.30", "0.40", "0.45", "0.50") for program, name in (("packMesh", "packMesh"), ("growth", "packMesh --method cat"), ("packCells", "packCells")) for what, column in (("cells", 3), ("kept", 4), ("hematocrit", 5), ("time", 7))},
     "million-time": ("large", 0, 3),
     "four-million-time": ("large", 2, 3),
-    "cell-time": ("threads", 2, 6),
-}
+    "cell-time": ("threads", 2, 6), }
 
 
 def single(data, name):
@@ -137,15 +136,18 @@ def single(data, name):
 
 
 def table_text(data, name):
-    return "\n".join(data["tables"].get(name, [f"*Not measured with this version: `tests/benchmark/figures.py measure {name}`.*"]))
+    return "\n".join(data["tables"].get(name,
+                                        [f"*Not measured with this version: `tests/benchmark/figures.py measure {name}`.*"]))
 
 
 def filled(text, data):
     """Raises KeyError for a marker without a table"""
+
     def table(found):
         if found[2] not in NAMES:
             raise KeyError(found[2])
         return found[1] + "\n" + table_text(data, found[2]) + "\n\n" + found[4]
+
     return INLINE.sub(lambda found: found[1] + single(data, found[2]) + found[4], BLOCK.sub(table, text))
 
 
@@ -168,7 +170,9 @@ def insert(root, data):
 
 def faults_of(root, data):
     used = set()
-    rows = {line.strip(): name for name, table in data["tables"].items() for line in table if re.search(r"^\|.*\d\.\d.*\d\.\d", line)}
+    rows = {
+        line.strip(): name for name, table in data["tables"].items() for line in table
+        if re.search(r"^\|.*\d\.\d.*\d\.\d", line)}
     for page in pages_of(root):
         place, text = page.relative_to(root), page.read_text(encoding="utf-8")
         try:

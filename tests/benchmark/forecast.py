@@ -23,13 +23,14 @@ PROBLEMS = [
     ("cylinder r 12.5, layer 2 µm", "--cylinder x 12.5 50 --ends periodic --cell-free-layer 2", (0.2, 0.3, 0.35)),
     ("cylinder r 8, closed", "--cylinder x 8 60", (0.3, 0.4, 0.45, 0.48)),
     ("cylinder r 5, closed", "--cylinder x 5 60", (0.2, 0.3, 0.35)),
-    ("sphere r 14", "--sphere 14", (0.3, 0.4, 0.5)),
-]
+    ("sphere r 14", "--sphere 14", (0.3, 0.4, 0.5)), ]
 
 
 def lines(program, arguments, folder):
     clearances = "" if "--clearance" in arguments else "--clearance 0"
-    command = [program, *f"{arguments} {clearances} --wall-clearance 0".split(), "--plt_ratio", "0", "--output-dir", folder, "--verbose"]
+    command = [
+        program, *f"{arguments} {clearances} --wall-clearance 0".split(), "--plt_ratio", "0", "--output-dir", folder,
+        "--verbose"]
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout
 
 
@@ -59,16 +60,17 @@ def main():
                 for seed in range(1, options.seeds + 1):
                     run = lines(options.program, f"{problem} --seed {seed} --max-time {options.max_time}", folder)
                     if "Certificate: clean" in run:
-                        measured.append(number(r"relaxation ([\d.]+) s, certificate", run)
-                                        + number(r"certificate ([\d.]+) s", run))
+                        measured.append(
+                            number(r"relaxation ([\d.]+) s, certificate", run) + number(r"certificate ([\d.]+) s", run))
                 if not measured:
                     print(f"| {name} | {fraction} | {effective} | {cells:.0f} | {expected:.3g} | not reached | |")
                     continue
                 mean = sum(measured) / len(measured)
                 if mean >= LEAST:
                     ratios.append(mean / expected)
-                print(f"| {name} | {fraction} | {effective} | {cells:.0f} | {expected:.3g} | {mean:.3g} "
-                      f"| {mean / expected:.2f} |", flush=True)
+                print(
+                    f"| {name} | {fraction} | {effective} | {cells:.0f} | {expected:.3g} | {mean:.3g} "
+                    f"| {mean / expected:.2f} |", flush=True)
     worst = max(max(r, 1 / r) for r in ratios)
     spread = math.exp(sum(abs(math.log(r)) for r in ratios) / len(ratios))
     print(f"\nDeviation: a factor of {spread:.2f} on average, {worst:.2f} at most.")

@@ -38,24 +38,25 @@ PROBLEMS = [
      [["make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
     ("aneurysm, 0.40", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.40", 5,
      [["make-vessel", "aneurysm", "vessel.stl", "--radius", "12", "--length", "80"]]),
-    ("white cells, platelets and red cells in a cylinder, 0.35", "--cylinder x 14 50 --hematocrit 0.35 --plt_ratio 0.1 --wbc 3", 5, []),
+    ("white cells, platelets and red cells in a cylinder, 0.35", "--cylinder x 14 50 --hematocrit 0.35 --plt_ratio 0.1 --wbc 3",
+     5, []),
     ("red cells, platelets 1:1 in a sphere, 0.40", "--sphere 14 --hematocrit 0.40 --plt_ratio 1", 5, []),
-    ("ellipsoids of 1.5 to 5 µm in a box", "24 24 24 --cell Small 400 1.5 1.5 1.5 --cell Flat 200 4 1 3 --cell Large 50 5 4 4", 5, []),
+    ("ellipsoids of 1.5 to 5 µm in a box", "24 24 24 --cell Small 400 1.5 1.5 1.5 --cell Flat 200 4 1 3 --cell Large 50 5 4 4",
+     5, []),
     ("20 sickled among 80 red cells in a box of 30 µm", "30 30 30 --keep-all --rbc 80 --cell-mesh Sickled 20 sickle.stl", 5,
      [["make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]),
     ("planes from CAT faces: periodic box 25³, 0.30", f"25 25 25 {CUBE} 0.30 --builder cat-faces", 3, []),
     ("planes from CAT faces: periodic box 25³, 0.40", f"25 25 25 {CUBE} 0.40 --builder cat-faces", 3, []),
     ("planes from CAT faces: bifurcation, 0.30", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.30 --builder cat-faces", 1,
-     [["make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
-]
+     [["make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]), ]
 
 EDGE = f"{(10000 * 81.1163 / 0.40) ** (1 / 3):.3f}"  # of the box that 10,000 red cells fill to 0.40 [µm]
-TIMED = [(f"periodic box 25³, {fraction}", f"25 25 25 {CUBE} {fraction}", []) for fraction in ("0.30", "0.40", "0.45", "0.50", "0.55")] + [
-    ("periodic box 50³, 0.58", f"50 50 50 {CUBE} 0.58", []),
-    ("10,000 cells, periodic box, 0.40", f"{EDGE} {EDGE} {EDGE} --ends periodic --clearance 0 --rbc 10000", []),
-    ("8 cells of an STL file in a sphere", "--sphere 9 --cell-mesh Sickled 8 sickle.stl",
-     [["make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]),
-]
+TIMED = [(f"periodic box 25³, {fraction}", f"25 25 25 {CUBE} {fraction}", [])
+         for fraction in ("0.30", "0.40", "0.45", "0.50", "0.55")] + [
+             ("periodic box 50³, 0.58", f"50 50 50 {CUBE} 0.58", []),
+             ("10,000 cells, periodic box, 0.40", f"{EDGE} {EDGE} {EDGE} --ends periodic --clearance 0 --rbc 10000", []),
+             ("8 cells of an STL file in a sphere", "--sphere 9 --cell-mesh Sickled 8 sickle.stl", [[
+                 "make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]), ]
 
 
 def make(folder, command):
@@ -82,8 +83,8 @@ def row(program, name, arguments, seeds, files):
             make(folder, command)
         cells, shares, iterations, overlaps, seconds = 0, [], [], [], []
         for seed in range(1, seeds + 1):
-            done = subprocess.run([program, *arguments.split(), "--method", "cat", "--seed", str(seed), "--verbose"],
-                                  cwd=folder, capture_output=True, text=True, check=False)
+            done = subprocess.run([program, *arguments.split(), "--method", "cat", "--seed",
+                                   str(seed), "--verbose"], cwd=folder, capture_output=True, text=True, check=False)
             if done.returncode not in (0, 3):
                 sys.exit(f"{name}, seed {seed}:\n{done.stdout}{done.stderr}")
             if done.returncode == 3:
@@ -95,9 +96,10 @@ def row(program, name, arguments, seeds, files):
             iterations.append(number(r"Growth: (\d+) iterations", done.stdout))
             overlaps.append(number(r"(\d+) of \d+ steps overlapped", done.stdout))
             seconds.append(number(r"Time: ([\d.]+) s CPU", done.stdout))
-    print(f"| {name} | {cells:.0f} | {len(shares)} of {seeds} | "
-          + (f"{max(shares):.3f} | {statistics.mean(iterations):.0f} | {statistics.mean(overlaps):.0f} | {statistics.mean(seconds):.2f} |"
-             if shares else "| | | |"), flush=True)
+    print(
+        f"| {name} | {cells:.0f} | {len(shares)} of {seeds} | " +
+        (f"{max(shares):.3f} | {statistics.mean(iterations):.0f} | {statistics.mean(overlaps):.0f} | {statistics.mean(seconds):.2f} |"
+         if shares else "| | | |"), flush=True)
 
 
 def times(program, before, seeds, patterns):
@@ -116,8 +118,9 @@ def times(program, before, seeds, patterns):
                 done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
                 if "Certificate: clean" not in done.stdout:
                     sys.exit(f"{' '.join(command)}: no certificate\n{done.stdout}{done.stderr}")
-                return [number(pattern, done.stdout) for pattern in
-                        (r"no overlap \((\d+) cells", r"Time: ([\d.]+) s CPU", r"CPU, ([\d.]+) s wall")]
+                return [
+                    number(pattern, done.stdout)
+                    for pattern in (r"no overlap \((\d+) cells", r"Time: ([\d.]+) s CPU", r"CPU, ([\d.]+) s wall")]
 
             cat = ["--method", "cat"]
             runs = {"default": [], "growth": [], "threads": [], "before": []}
@@ -132,9 +135,10 @@ def times(program, before, seeds, patterns):
             return statistics.median(r[column] for r in runs[which])
 
         cells, cpu, wall = (median("growth", k) for k in range(3))
-        print(f"| {name} | {cells:.0f} | {median('default', 1):.3f} | {cpu:.3f} | {cpu / median('default', 1):.1f} | {1e3 * cpu / cells:.2f} "
-              + (f"| {median('before', 1):.3f} | {median('before', 1) / cpu:.1f} " if before else "")
-              + f"| {wall:.3f} | {median('threads', 2):.3f} | {wall / median('threads', 2):.2f} |", flush=True)
+        print(
+            f"| {name} | {cells:.0f} | {median('default', 1):.3f} | {cpu:.3f} | {cpu / median('default', 1):.1f} | {1e3 * cpu / cells:.2f} "
+            + (f"| {median('before', 1):.3f} | {median('before', 1) / cpu:.1f} " if before else "")
+            + f"| {wall:.3f} | {median('threads', 2):.3f} | {wall / median('threads', 2):.2f} |", flush=True)
 
 
 def main():

@@ -33,7 +33,7 @@ import numpy as np
 
 ALONE = ["--plt_ratio", "0"]  # red cells only
 RANDOM = ("tree", "network", "coronary")  # other lumens do not depend on the seed
-HEMATOCRITS = {"network": (0.05, 0.1, 0.15), "coronary": (0.3,)}
+HEMATOCRITS = {"network": (0.05, 0.1, 0.15), "coronary": (0.3, )}
 
 
 def tapered(points, a, b, ra, rb):
@@ -92,13 +92,14 @@ def along_x(points, length=80):
 
 def stenosis(points, length=80, radius=12):
     wide, ends = along_x(points, length)
-    return np.maximum(wide - radius + (radius - 2.5) * np.exp(-((points[..., 0] - length / 2) / 10) ** 2), ends)
+    return np.maximum(wide - radius + (radius - 2.5) * np.exp(-((points[..., 0] - length / 2) / 10)**2), ends)
 
 
 def neck(points, length=80, radius=9):
     wide, ends = along_x(points, length)
     x, y = length / 2, 2 * radius + 4
-    return np.minimum(np.maximum(wide - radius, ends), union([((x, 0, 0), (x, y - 8, 0), 3, 3), ((x, y, 0), (x, y + 1, 0), radius, radius)])(points))
+    return np.minimum(np.maximum(wide - radius, ends),
+                      union([((x, 0, 0), (x, y - 8, 0), 3, 3), ((x, y, 0), (x, y + 1, 0), radius, radius)])(points))
 
 
 def pillars(points, size=(80, 40, 20)):
@@ -113,7 +114,9 @@ def plates(points, length=60, width=30, tilted=((15, 0.0), (30, 0.5), (45, -0.8)
     inside = brick(points, (0, 0, 0), (length, width, width))
     for x, slope in tilted:
         normal = np.array([1, slope, 0]) / np.hypot(1, slope)
-        plate = np.maximum(np.abs((points - [x, width / 2, width / 2]) @ normal) - 0.5, brick(points, (0, 4, 4), (length, width - 4, width - 4)))
+        plate = np.maximum(
+            np.abs((points - [x, width / 2, width / 2]) @ normal) - 0.5, brick(points, (0, 4, 4),
+                                                                               (length, width - 4, width - 4)))
         inside = np.maximum(inside, -plate)
     return inside
 
@@ -125,7 +128,8 @@ def comb(points, length=60, width=20):
 
 def islands(points, length=80, radius=11):
     wide, ends = along_x(points, length)
-    pockets = [((x, 25, z), (x + 1, 25, z), r, r) for x, z, r in ((5, 0, 0.8), (20, 8, 1.2), (40, -6, 1.9), (60, 3, 1.5)) if x < length]
+    pockets = [((x, 25, z), (x + 1, 25, z), r, r) for x, z, r in ((5, 0, 0.8), (20, 8, 1.2), (40, -6, 1.9), (60, 3, 1.5))
+               if x < length]
     return np.minimum(np.maximum(wide - radius, ends), union(pockets)(points))
 
 
@@ -171,7 +175,8 @@ def surface_nets(distance, lo, hi, spacing, block=32):
     """
     if callable(distance):
         return nets_in(distance, [np.arange(lo[k], hi[k] + spacing, spacing) for k in range(3)], spacing)
-    ends = np.array([(np.minimum(a, b) - max(radii), np.maximum(a, b) + max(radii)) for a, b, *radii in distance]) + [[[-4 * spacing], [4 * spacing]]]
+    ends = np.array([(np.minimum(a, b) - max(radii), np.maximum(a, b) + max(radii))
+                     for a, b, *radii in distance]) + [[[-4 * spacing], [4 * spacing]]]
     triangles = []
     for index in np.ndindex(*np.ceil((hi - lo) / (block * spacing)).astype(int)):
         axes = [lo[k] + spacing * (block * index[k] - 1 + np.arange(block + 2)) for k in range(3)]
@@ -191,7 +196,9 @@ def nets_in(distance, axes, spacing):
     for axis in range(3):
         for u in (0, 1):
             for v in (0, 1):
-                first = [slice(u, values.shape[k] - 1 + u) if k == (axis + 1) % 3 else slice(v, values.shape[k] - 1 + v) for k in range(3)]
+                first = [
+                    slice(u, values.shape[k] - 1 + u) if k == (axis + 1) % 3 else slice(v, values.shape[k] - 1 + v)
+                    for k in range(3)]
                 last = list(first)
                 first[axis], last[axis] = slice(0, -1), slice(1, None)
                 a, b = values[tuple(first)], values[tuple(last)]
@@ -245,7 +252,9 @@ def pack(program, file, hematocrit, folder):
 def densest(program, file, seed, folder):
     """The hematocrit of the densest packing that is found with a seed."""
     report = folder / "report.json"
-    command = [program, "--vessel", file, "1", "--hematocrit", "0.6", *ALONE, "--best-effort", "--seed", str(seed), "--threads", "2", "--output-dir", folder, "--report", report]
+    command = [
+        program, "--vessel", file, "1", "--hematocrit", "0.6", *ALONE, "--best-effort", "--seed",
+        str(seed), "--threads", "2", "--output-dir", folder, "--report", report]
     subprocess.run(command, capture_output=True, text=True, check=False)
     return json.loads(report.read_text())["hematocrit"][0]["ofLumen"]
 
@@ -259,8 +268,11 @@ def smaller_are_packed(program, files, seeds, shares, folder):
         found = [densest(program, file, seed, folder) for seed in seeds]
         packed = []
         for share in shares:
-            command = [program, "--vessel", file, "1", "--hematocrit", str(share * max(found)), *ALONE, "--threads", "2", "--output-dir", folder]
-            runs = [subprocess.run([*command, "--seed", str(seed)], capture_output=True, check=False).returncode for seed in seeds]
+            command = [
+                program, "--vessel", file, "1", "--hematocrit",
+                str(share * max(found)), *ALONE, "--threads", "2", "--output-dir", folder]
+            runs = [
+                subprocess.run([*command, "--seed", str(seed)], capture_output=True, check=False).returncode for seed in seeds]
             packed.append(f"{runs.count(0)} of {len(runs)}")
             right = right and not any(runs)
         print("|", " | ".join([file.stem, ", ".join(f"{h:.3f}" for h in found), *packed]), "|", flush=True)
@@ -290,7 +302,8 @@ def main():
                 write(files[name][-1], surface_nets(*surface))
         if options.smaller:
             every = [file for of_name in files.values() for file in of_name]
-            return 0 if smaller_are_packed(options.program, every, range(1, options.seeds + 1), options.smaller, pathlib.Path(temporary) / "out") else 1
+            return 0 if smaller_are_packed(options.program, every, range(1, options.seeds + 1), options.smaller,
+                                           pathlib.Path(temporary) / "out") else 1
         print("| lumen | hematocrit | packed | s, median | s, longest | with the whole clearance | cells that keep less |")
         print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
         for name, of_name in files.items():
@@ -298,8 +311,9 @@ def main():
                 runs = [pack(options.program, file, hematocrit, pathlib.Path(temporary) / "out") for file in of_name]
                 times, packed = [run[0] for run in runs], [run for run in runs if run[1] is not None]
                 less = sum(run[2] for run in packed) / max(1, sum(run[3] for run in packed))
-                print(f"| {name} | {hematocrit} | {len(packed)} of {len(runs)} | {statistics.median(times):.1f} | {max(times):.1f} | "
-                      f"{sum(run[1] >= 1 for run in packed)} of {len(runs)} | {100 * less:.1f} % |", flush=True)
+                print(
+                    f"| {name} | {hematocrit} | {len(packed)} of {len(runs)} | {statistics.median(times):.1f} | {max(times):.1f} | "
+                    f"{sum(run[1] >= 1 for run in packed)} of {len(runs)} | {100 * less:.1f} % |", flush=True)
     return 0
 
 

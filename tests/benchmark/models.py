@@ -20,7 +20,8 @@ import tempfile
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-METHODS = {"relaxation": [], "growth, chords": ["--method", "cat"], "growth, cat-faces": ["--method", "cat", "--builder", "cat-faces"]}
+METHODS = {
+    "relaxation": [], "growth, chords": ["--method", "cat"], "growth, cat-faces": ["--method", "cat", "--builder", "cat-faces"]}
 VOLUME = 100.0  # of an object of the second table [µm³]
 
 # Of the second table: container, its volume in volumes of an object, the objects, the part of it that they fill.
@@ -37,8 +38,7 @@ IRREGULAR = [
     ("stanford-bunny", 150, ["spot"], 0.25),
     ("rocker-arm", 150, ["fandisk"], 0.20),
     ("nefertiti", 200, ["cheburashka", "spot"], 0.25),
-    ("homer", 200, ["cheburashka", "rocker-arm"], 0.20),
-]
+    ("homer", 200, ["cheburashka", "rocker-arm"], 0.20), ]
 
 
 def triangles(file):
@@ -75,8 +75,10 @@ def pack(program, words, folder):
     limit = [] if "--max-time" in words else ["--max-time", "15", "--best-effort"]
     report = folder / "r.json"
     report.unlink(missing_ok=True)
-    run = subprocess.run([program, *words, "--rbc", "0", "--report", str(report), "--output-dir", str(folder), "--clearance", "0", *limit],
-                         capture_output=True, text=True, check=False)
+    run = subprocess.run([
+        program, *words, "--rbc", "0", "--report",
+        str(report), "--output-dir",
+        str(folder), "--clearance", "0", *limit], capture_output=True, text=True, check=False)
     if run.returncode not in (0, 3, 4) or not report.exists():
         return None, run.stdout + run.stderr
     return json.loads(report.read_text()), run.stdout + run.stderr
@@ -89,29 +91,33 @@ def described(report, said):
         return ["-", "-", "-", (reason or ["?"])[-1][:120]]
     filled = sum(one["volumeFraction"] for one in report["species"])
     certificate = report["certificate"]
-    return [str(certificate["cells"]), f"{filled:.3f}",
-            f"{certificate['minimumGap']:.3f}" if certificate["clean"] else f"{certificate['overlapping']} overlap",
-            f"{report['times']['cpu']:.2f}"]
+    return [
+        str(certificate["cells"]), f"{filled:.3f}",
+        f"{certificate['minimumGap']:.3f}" if certificate["clean"] else f"{certificate['overlapping']} overlap",
+        f"{report['times']['cpu']:.2f}"]
 
 
 def objects(models, share):
     """Arguments for objects of VOLUME each. share: how many of each model"""
     words = []
     for file in models:
-        words += ["--cell-mesh", file.stem, str(share), str(file), "--mesh-frame", file.stem, "file",
-                  "--mesh-scale", file.stem, repr((VOLUME / volume(file)) ** (1 / 3))]
+        words += [
+            "--cell-mesh", file.stem,
+            str(share),
+            str(file), "--mesh-frame", file.stem, "file", "--mesh-scale", file.stem,
+            repr((VOLUME / volume(file))**(1 / 3))]
     return words
 
 
 def container(kind, size, folder):
     """Arguments for a container of that volume [µm³]."""
     if kind == "sphere":
-        return ["--sphere", repr((3 * size / (4 * np.pi)) ** (1 / 3))]
+        return ["--sphere", repr((3 * size / (4 * np.pi))**(1 / 3))]
     if kind == "cylinder":  # as long as wide
-        radius = (size / (2 * np.pi)) ** (1 / 3)
+        radius = (size / (2 * np.pi))**(1 / 3)
         return ["--cylinder", "x", repr(radius), repr(2 * radius)]
     file = folder / (kind + ".obj")
-    return ["--vessel", str(file), repr((size / volume(file)) ** (1 / 3))]
+    return ["--vessel", str(file), repr((size / volume(file))**(1 / 3))]
 
 
 def table(heads, rows):
@@ -149,13 +155,15 @@ def irregular(options, folder):
                 old.unlink()
             pack(options.packMesh, [*words, "--vtp"], folder)
             picture = options.pictures / (re.sub(r"[^a-z]+", "_", title.lower()) + ".png")
-            subprocess.run([sys.executable, "-m", "packmesh", "render", str(folder), str(picture), "600", "500"], check=True,
+            subprocess.run([sys.executable, "-m", "packmesh", "render",
+                            str(folder), str(picture), "600", "500"], check=True,
                            env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
         if not options.escape:
             continue
         # What escape adds where not all objects reach full size: a third more are asked for, and as many are in reserve.
-        crowd = [*container(place, VOLUME * size, options.models), *objects(models, int(1.3 * share)), *METHODS["growth, chords"],
-                 "--best-effort"]
+        crowd = [
+            *container(place, VOLUME * size, options.models), *objects(models, int(1.3 * share)), *METHODS["growth, chords"],
+            "--best-effort"]
         reserve = [word for file in models for word in ("--stock", file.stem, str(share))]
         without, _ = pack(options.packMesh, [*crowd, "--max-time", "5"], folder)
         escaped, said = pack(options.packMesh, [*crowd, "--escape", *reserve, "--max-time", "10"], folder)
@@ -175,7 +183,8 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        table(["mesh", "objects", "method", "packed", "coverage", "smallest gap [µm]", "CPU time [s]"], of_the_thesis(options, folder))
+        table(["mesh", "objects", "method", "packed", "coverage", "smallest gap [µm]", "CPU time [s]"],
+              of_the_thesis(options, folder))
         table(["packing", "method", "packed", "coverage", "smallest gap [µm]", "CPU time [s]", "gain of escape"],
               irregular(options, folder))
 

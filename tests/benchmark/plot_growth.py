@@ -62,13 +62,12 @@ def plot_times(rows, folder):
 
 def plot_tetrahedra(rows, folder):
     figure, axes = plt.subplots(1, 2, figsize=(8, 3.2), sharex=True)
-    columns = (("per vertex", "relevant tetrahedra per vertex", 2.9),
-               ("per tetrahedron", "CAT faces per relevant tetrahedron", 1.2))
+    columns = (("per vertex", "relevant tetrahedra per vertex", 2.9), ("per tetrahedron", "CAT faces per relevant tetrahedron",
+                                                                       1.2))
     for axis, (column, title, thesis) in zip(axes, columns):
         for scale in ("0.1", "1"):
             chosen = [row for row in rows if row["scale"] == scale]
-            axis.semilogx(numbers(chosen, "cells"), numbers(chosen, column), "o-", base=2, markersize=3,
-                          label=f"scale {scale}")
+            axis.semilogx(numbers(chosen, "cells"), numbers(chosen, column), "o-", base=2, markersize=3, label=f"scale {scale}")
         axis.axhline(thesis, color="grey", linestyle="--", label="thesis")
         axis.set_ylim(0)
         axis.set_xlabel("cells")

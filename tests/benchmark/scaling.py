@@ -27,7 +27,7 @@ import time
 
 HEMATOCRIT, GROWTH_HEMATOCRIT, CELL_VOLUME = 0.45, 0.40, 81.1163  # [1], [1], [µm³]
 CORES = os.cpu_count() or 1
-LARGE = 10 ** 6  # cells of packings that are made only once
+LARGE = 10**6  # cells of packings that are made only once
 # Network assumed in predictions: the share of each of 64 ranks per node in 200 Gbit/s InfiniBand.
 LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
@@ -40,16 +40,20 @@ class Run:
     """One packing: wall time as seen by the user, and the figures printed by --verbose."""
 
     def __init__(self, program, cells, ranks, seed=1, growth=False, threads=1, clearance="0"):
-        edge = (cells * CELL_VOLUME / (GROWTH_HEMATOCRIT if growth else HEMATOCRIT)) ** (1 / 3)
-        command = [program] + [f"{edge:.3f}"] * 3 + ["--ends", "periodic", "--rbc", str(cells), "--seed", str(seed),
-                                                                "--threads", str(threads), "--verbose"]
+        edge = (cells * CELL_VOLUME / (GROWTH_HEMATOCRIT if growth else HEMATOCRIT))**(1 / 3)
+        command = [program] + [f"{edge:.3f}"] * 3 + [
+            "--ends", "periodic", "--rbc",
+            str(cells), "--seed",
+            str(seed), "--threads",
+            str(threads), "--verbose"]
         if clearance:
             command += ["--clearance", clearance]
         if growth:
             command += ["--method", "cat"]
         if ranks > 1:
             command = ["mpirun", "-n", str(ranks)] + command
-        environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe", OMPI_MCA_mpi_yield_when_idle="1",
+        environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1",
+                           PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe", OMPI_MCA_mpi_yield_when_idle="1",
                            OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         with tempfile.TemporaryDirectory() as folder:
             start = time.monotonic()
@@ -98,7 +102,9 @@ def interleaved(program, cases, repeats, growth=False):
 
 def threads(program, repeats):
     ways = [(1, 1), (CORES, 1), (1, CORES)]  # threads, ranks
-    print(f"| cells | one thread [s] | {CORES} threads [s] | ratio | {CORES} ranks [s] | ratio | CPU per cell, one thread [ms] | sweeps |")
+    print(
+        f"| cells | one thread [s] | {CORES} threads [s] | ratio | {CORES} ranks [s] | ratio | CPU per cell, one thread [ms] | sweeps |"
+    )
     print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     for cells in (1000, 10000, 100000):
         runs = {way: [] for way in ways}
@@ -106,12 +112,13 @@ def threads(program, repeats):
             for way in ways:
                 runs[way].append(Run(program, cells, way[1], threads=way[0], clearance=None))
         one, shared, parted = (median(runs[way], "reported") for way in ways)
-        print(f"| {cells:,} | {one:.3g} | {shared:.3g} | {one / shared:.2f} | {parted:.3g} | {one / parted:.2f} "
-              f"| {1e3 * median(runs[ways[0]], 'cpu') / cells:.3f} | {median(runs[ways[0]], 'sweeps'):.0f} |", flush=True)
+        print(
+            f"| {cells:,} | {one:.3g} | {shared:.3g} | {one / shared:.2f} | {parted:.3g} | {one / parted:.2f} "
+            f"| {1e3 * median(runs[ways[0]], 'cpu') / cells:.3f} | {median(runs[ways[0]], 'sweeps'):.0f} |", flush=True)
     print()
 
 
-def large(program, repeats, cases=((10 ** 6, True), (4 * 10 ** 6, True))):
+def large(program, repeats, cases=((10**6, True), (4 * 10**6, True))):
     del repeats  # each is made once
     print("| red cells | triangles | on | time | memory [GB] | per cell [kB] | CPU per cell [ms] | sweeps |")
     print("| ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |")
@@ -120,13 +127,15 @@ def large(program, repeats, cases=((10 ** 6, True), (4 * 10 ** 6, True))):
             run = Run(program, cells, n, threads=CORES if n == 1 else 1, clearance=None)
             memory = n * run.memory
             time_text = f"{run.reported:.0f} s" if run.reported < 120 else f"{run.reported / 60:.1f} min"
-            print(f"| {cells:,} | {1280 * cells / 1e9:.1f}·10⁹ | {what} | {time_text} | {memory / 1e9:.2f} "
-                  f"| {memory / 1e3 / cells:.2f} | {f'{1e3 * run.cpu / cells:.3f}' if n == 1 else ''} | {run.sweeps:.0f} |", flush=True)
+            print(
+                f"| {cells:,} | {1280 * cells / 1e9:.1f}·10⁹ | {what} | {time_text} | {memory / 1e9:.2f} "
+                f"| {memory / 1e3 / cells:.2f} | {f'{1e3 * run.cpu / cells:.3f}' if n == 1 else ''} | {run.sweeps:.0f} |",
+                flush=True)
     print()
 
 
 def largest(program, repeats):
-    large(program, repeats, ((10 ** 7, False),))
+    large(program, repeats, ((10**7, False), ))
 
 
 def slowdown(program, cells):
@@ -156,7 +165,9 @@ def ranks(program, repeats):
 def growth(program, repeats):
     few = {n: [Run(program, 1, n, growth=True) for _ in range(repeats)] for n in (1, 2)}
     start = max(0.0, median(few[2], "wall") - median(few[1], "wall"))  # of mpirun
-    print("| cells | ranks | iterations | CPU of all ranks, per cell [ms] | wall [s] | efficiency | memory per rank [MB] | per cell [kB] |")
+    print(
+        "| cells | ranks | iterations | CPU of all ranks, per cell [ms] | wall [s] | efficiency | memory per rank [MB] | per cell [kB] |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for cells in (1000, 10000, 100000):
         runs = {n: [] for n in (1, 2)}
@@ -167,8 +178,10 @@ def growth(program, repeats):
         for n, of in runs.items():
             wall = median(of, "wall") - (start if n > 1 else 0.0)
             memory = median(of, "memory")
-            print(f"| {cells:,} | {n} | {median(of, 'sweeps'):.0f} | {1e3 * n * wall / cells:.2f} | {median(of, 'wall'):.1f} "
-                  f"| {one / (n * wall):.2f} | {memory / 1e6:.0f} | {(memory - median(few[n], 'memory')) * n / cells / 1e3:.2f} |", flush=True)
+            print(
+                f"| {cells:,} | {n} | {median(of, 'sweeps'):.0f} | {1e3 * n * wall / cells:.2f} | {median(of, 'wall'):.1f} "
+                f"| {one / (n * wall):.2f} | {memory / 1e6:.0f} | {(memory - median(few[n], 'memory')) * n / cells / 1e3:.2f} |",
+                flush=True)
     print(f"\nEfficiency and times of all ranks without mpirun's start, {start:.2f} s. Memory per cell: beyond that of a "
           "packing of one cell, over all ranks.\n")
 
@@ -186,7 +199,7 @@ class Model:
         logs = [math.log10(runs[0].cells) for runs in alone]
         sweeps = [median(runs, "sweeps") for runs in alone]
         mean = sum(logs) / len(logs)
-        self.slope = sum((x - mean) * y for x, y in zip(logs, sweeps)) / sum((x - mean) ** 2 for x in logs)
+        self.slope = sum((x - mean) * y for x, y in zip(logs, sweeps)) / sum((x - mean)**2 for x in logs)
         self.offset = sum(sweeps) / len(sweeps) - self.slope * mean
         if growth:  # the last of many iterations move few cells: work per cell does not grow with their number
             self.slope, self.offset = 0.0, sweeps[-1]
@@ -204,7 +217,7 @@ class Model:
     @staticmethod
     def faces(cells, n):
         """Cells in a layer at a rank's faces towards others: two ranks in a periodic box meet at two faces."""
-        return 0 if n == 1 else 2 * cells ** (2 / 3) if n == 2 else 6 * (cells / n) ** (2 / 3)
+        return 0 if n == 1 else 2 * cells**(2 / 3) if n == 2 else 6 * (cells / n)**(2 / 3)
 
     def sweeps(self, cells):
         return self.offset + self.slope * math.log10(cells)
@@ -234,10 +247,11 @@ def model(program, repeats, growth=False):
     start = max(0.0, median(runs[small, 2], "wall") - median(runs[small, 1], "wall") / 2)
     of = Model([runs[c, 1] for c in sizes_measured], [runs[c, 2] for c in sizes_measured[1:]], start, growth)
     sweep = "iteration" if growth else "sweep"
-    print(f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and {sweep}, {1e6 * of.once:.0f} µs per cell once, "
-          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) {sweep}s; per {sweep} and cell at the faces {of.bytes_per_face_cell:.0f} "
-          f"bytes and {1e6 * of.per_face_cell:.1f} µs; {of.messages_per_neighbour:.0f} messages per {sweep} and neighbour, "
-          f"{of.start:.2f} s to start.\n")
+    print(
+        f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and {sweep}, {1e6 * of.once:.0f} µs per cell once, "
+        f"{of.offset:.1f} + {of.slope:.1f} log10(cells) {sweep}s; per {sweep} and cell at the faces {of.bytes_per_face_cell:.0f} "
+        f"bytes and {1e6 * of.per_face_cell:.1f} µs; {of.messages_per_neighbour:.0f} messages per {sweep} and neighbour, "
+        f"{of.start:.2f} s to start.\n")
     print("| cells | ranks | measured [s] | model [s] | model / measured |\n| --- | --- | --- | --- | --- |")
     for cells, n in cases:
         told = sum(of.seconds(cells, n, CORES, MEMORY)[:2])
@@ -254,12 +268,12 @@ def model(program, repeats, growth=False):
     head = ("| cells | ranks | computing [s] | exchange [s] | writing [s] | all [s] | efficiency |\n"
             "| --- | --- | --- | --- | --- | --- | --- |")
     print(f"\nStrong scaling:\n\n{head}")
-    for cells in (10 ** 6, 10 ** 8):
+    for cells in (10**6, 10**8):
         for n in (1, 4, 16, 64, 256, 1024):
             row(cells, n)
     print(f"\nWeak scaling, 10^6 cells per rank:\n\n{head}")
     for n in (1, 4, 16, 64, 100):
-        row(n * 10 ** 6, n)
+        row(n * 10**6, n)
     print()
 
 
@@ -268,11 +282,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packMesh", default=os.path.join(here, "..", "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("tables", nargs="*", choices=["threads", "large", "largest", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
+    parser.add_argument("tables", nargs="*",
+                        choices=["threads", "large", "largest", "ranks", "model", "growth", "growth-model",
+                                 []], default=["ranks", "model"])
     options = parser.parse_args()
     for table in options.tables:
-        of = {"threads": threads, "large": large, "largest": largest, "ranks": ranks, "model": model, "growth": growth,
-              "growth-model": lambda program, repeats: model(program, repeats, growth=True)}
+        of = {
+            "threads": threads, "large": large, "largest": largest, "ranks": ranks, "model": model, "growth": growth,
+            "growth-model": lambda program, repeats: model(program, repeats, growth=True)}
         of[table](os.path.abspath(options.packMesh), options.repeats)
 
 

@@ -61,8 +61,11 @@ def write_case(words):
         if before.resolve().parent != folder.resolve().parent:
             sys.exit(f"{folder}: must be beside {before}, which it continues")
         state = before / "last.h5"
-        subprocess.run([sys.executable, "-m", "packmesh", "run", before / "output", "--case", before / "config.xml", "--state", state], check=True)
-    start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start, f"<blood> {state.resolve()} </blood>")
+        subprocess.run([
+            sys.executable, "-m", "packmesh", "run", before / "output", "--case", before / "config.xml", "--state", state],
+                       check=True)
+    start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start,
+                                                                               f"<blood> {state.resolve()} </blood>")
     if before.is_dir():
         start += " <clearance> 0 </clearance> <wallClearance> 0 </wallClearance>"
     if before.suffix == ".txt":
@@ -72,13 +75,15 @@ def write_case(words):
     folder.mkdir(parents=True)
     if before.is_dir():
         (folder / CONTINUES).write_text(before.name)
-    tube = subprocess.run([HERE / "scripts/make_tube.sh", str(words.length), str(RADIUS), "96"], capture_output=True, check=True)
+    tube = subprocess.run([HERE / "scripts/make_tube.sh", str(words.length),
+                           str(RADIUS), "96"], capture_output=True, check=True)
     (folder / "tube.stl").write_bytes(tube.stdout)
     for name in ("RBC.xml", "PLT.xml"):
         (folder / name).write_bytes((Path(words.cells) / name).read_bytes())
-    (folder / "config.xml").write_text(CASE.format(
-        spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds, envelope=words.envelope,
-        iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit, seed=words.seed, start=start))
+    (folder / "config.xml").write_text(
+        CASE.format(spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds,
+                    envelope=words.envelope, iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit,
+                    seed=words.seed, start=start))
 
 
 class RunOfStudy:
@@ -86,8 +91,8 @@ class RunOfStudy:
 
     def __init__(self, folder):
         from packmesh import hemocell_output
-        from packmesh.run_lumen import RunLumen
-        from packmesh.run_measures import RunAnalysis
+        from packmesh.run.lumen import RunLumen
+        from packmesh.run.measures import RunAnalysis
         self.name, self.seconds = folder.name, fastest(folder)
         packing = xml.parse(folder / "config.xml").getroot().find("packing")
         self.hematocrit = float(packing.find("hematocrit").text)
@@ -96,7 +101,8 @@ class RunOfStudy:
         if packing.find("soft") is not None:
             self.start += ", soft"
         if packing.find("blood") is not None:
-            source = Path(packing.find("blood").text.strip()).parent  # the folder of a run, at the end of which the state was written
+            source = Path(
+                packing.find("blood").text.strip()).parent  # the folder of a run, at the end of which the state was written
             self.start = f"blood of {period_of(source):.1f} µm after {iterations_of(source):,} iterations"
         config = str(folder / "config.xml")
         lumen = RunLumen(config)
@@ -110,14 +116,13 @@ class RunOfStudy:
         self.force = np.array([step["species"]["RBC"]["force"] or 0 for step in steps])
         width = steps[0]["byDepth"]["width"]
         layers = round(LAYER / width)
-        rings = (RADIUS - width * np.arange(layers + 1)) ** 2
+        rings = (RADIUS - width * np.arange(layers + 1))**2
         profile = np.array([padded(step["byDepth"]["fraction"]["RBC"]) for step in steps])
         self.curves = {
             "cell-free layer [µm]": np.array([step["cellFreeLayer"] for step in steps]),
             f"hematocrit within {LAYER:g} µm of the wall": np.average(profile[:, :layers], axis=1, weights=-np.diff(rings)),
             "flow rate [10³ µm³/ms]": np.array([step["flow"] or np.nan for step in steps]) * 1e-6,
-            "distance of platelets from the wall [µm]": np.array([step["species"]["PLT"]["wallDistance"] for step in steps]),
-        }
+            "distance of platelets from the wall [µm]": np.array([step["species"]["PLT"]["wallDistance"] for step in steps]), }
         if (folder / CONTINUES).exists():
             self.follow(RunOfStudy(folder.parent / (folder / CONTINUES).read_text().strip()))
 
@@ -140,7 +145,7 @@ def iterations_of(folder):
 
 def period_of(folder):
     """Of the tube of a run [µm]."""
-    from packmesh.run_lumen import RunLumen
+    from packmesh.run.lumen import RunLumen
     return RunLumen(str(folder / "config.xml")).period[0]
 
 
@@ -176,7 +181,8 @@ def fastest(folder):
 
 
 def table(words):
-    continued = {path.read_text().strip() for path in Path(words.folder).glob(f"*/{CONTINUES}") if (path.parent / "output").is_dir()}
+    continued = {
+        path.read_text().strip() for path in Path(words.folder).glob(f"*/{CONTINUES}") if (path.parent / "output").is_dir()}
     folders = sorted(path.parent for path in Path(words.folder).glob("*/config.xml")
                      if (path.parent / "output").is_dir() and path.parent.name not in continued)
     runs = [RunOfStudy(folder) for folder in folders if not words.only or re.search(words.only, folder.name)]
@@ -189,13 +195,14 @@ def table(words):
             continue
         bands = {name: band_of(uniform, name) for name in uniform[0].curves}
         print(f"\nHematocrit {hematocrit:g}; inside the band from iteration ... on\n")
-        print("| start | run | iterations | s per iteration | lost | largest change of area | largest force [pN], median | " + " | ".join(
-            f"{name}: {low:.3g} to {high:.3g}" for name, (low, high) in bands.items()) + " |")
+        print("| start | run | iterations | s per iteration | lost | largest change of area | largest force [pN], median | "
+              + " | ".join(f"{name}: {low:.3g} to {high:.3g}" for name, (low, high) in bands.items()) + " |")
         print("| --- | --- | ---: | ---: | ---: | ---: | ---: | " + " | ".join(["---:"] * len(bands)) + " |")
         for run in sorted(chosen, key=lambda run: (list(starts_of(chosen)).index(run.start), run.name)):
             found = [reached(run, name, band) for name, band in bands.items()]
-            print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.seconds:.3f} | {run.lost} | {100 * run.area.max():.1f} % | {np.median(run.force):.0f} | " +
-                  " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
+            print(
+                f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.seconds:.3f} | {run.lost} | {100 * run.area.max():.1f} % | {np.median(run.force):.0f} | "
+                + " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
         values(chosen)
     if words.figure:
         draw(runs, words.figure)
@@ -222,7 +229,8 @@ def text_of(seeds):
 
 def starts_of(runs):
     """The kinds of start, in the order of tables, with colours."""
-    found = sorted({run.start for run in runs}, key=lambda start: (["uniform", "developed", "profile", "blood"].index(start.split()[0]), start))
+    found = sorted({run.start for run in runs}, key=lambda start:
+                   (["uniform", "developed", "profile", "blood"].index(start.split()[0]), start))
     return {start: f"C{(7, 0, 1, 3, 4, 5, 6, 8, 9, 2)[k % 10]}" for k, start in enumerate(found)}
 
 
@@ -233,7 +241,8 @@ def draw(runs, file):
     hematocrits = sorted({run.hematocrit for run in runs})
     names = list(runs[0].curves)
     colours = starts_of(runs)
-    figure, axes = plt.subplots(len(names), len(hematocrits), figsize=(4.2 * len(hematocrits), 2.1 * len(names)), sharex=True, squeeze=False)
+    figure, axes = plt.subplots(len(names), len(hematocrits), figsize=(4.2 * len(hematocrits), 2.1 * len(names)), sharex=True,
+                                squeeze=False)
     for column, hematocrit in enumerate(hematocrits):
         chosen = [run for run in runs if run.hematocrit == hematocrit]
         uniform = [run for run in chosen if run.start == "uniform"]
@@ -242,8 +251,10 @@ def draw(runs, file):
             if uniform:
                 axis.axhspan(*band_of(uniform, name), color="C7", alpha=0.2, linewidth=0)
             for run in chosen:
-                axis.plot(run.iterations / 1000, smooth(run.curves[name]), color=colours[run.start], linewidth=1, label=run.start)
-            axis.set_ylabel(name.replace(" [", "\n[").replace(" within", "\nwithin").replace("platelets", "platelets\n"), fontsize=8)
+                axis.plot(run.iterations / 1000, smooth(run.curves[name]), color=colours[run.start], linewidth=1,
+                          label=run.start)
+            axis.set_ylabel(
+                name.replace(" [", "\n[").replace(" within", "\nwithin").replace("platelets", "platelets\n"), fontsize=8)
             axis.grid(alpha=0.3)
             axis.tick_params(labelsize=8)
         axes[0, column].set_title(f"hematocrit {hematocrit:g}", fontsize=9)
@@ -259,7 +270,9 @@ def main():
     commands = parser.add_subparsers(dest="command", required=True)
     case = commands.add_parser("case", help="write a case")
     case.add_argument("folder")
-    case.add_argument("start", help="uniform, developed, a profile (.txt), a state (.h5), or the folder of a run of the same tube, to continue it")
+    case.add_argument(
+        "start",
+        help="uniform, developed, a profile (.txt), a state (.h5), or the folder of a run of the same tube, to continue it")
     case.add_argument("--hematocrit", type=float, required=True)
     case.add_argument("--seed", type=int, required=True)
     case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")

@@ -171,8 +171,8 @@ def read_only():
 
 def file_size():
     with Folder() as folder:
-        expect("file size limit", folder,
-               run(folder, ["40", "40", "40", "--rbc", "150"], (resource.RLIMIT_FSIZE, 1024)), [5], "RBC.pos")
+        expect("file size limit", folder, run(folder, ["40", "40", "40", "--rbc", "150"], (resource.RLIMIT_FSIZE, 1024)), [5],
+               "RBC.pos")
 
 
 def memory():
@@ -225,7 +225,8 @@ def killed_rank():
             lock = folder.path / ".packMesh.lock"  # of nobody
             stays = lock.exists()
             lock.unlink(missing_ok=True)
-            expect(f"rank killed after {delay} s", folder, (process.returncode, err), [137, 1, 255], by="")  # Open MPI 5 tells nothing of it
+            expect(f"rank killed after {delay} s", folder, (process.returncode, err), [137, 1, 255],
+                   by="")  # Open MPI 5 tells nothing of it
             if stays:
                 lock.write_text("")
             expect(f"a run after that, lock file {'left' if stays else 'gone'}", folder,
@@ -250,8 +251,8 @@ def states():
                     file.truncate(64 << 20)
             other.before = other.listing()
             for name, words in (("config.xml", ["config.xml", "--rbc", "1"]), ("huge.h5", ["--restart", "huge.h5"]),
-                                ("huge.stl", ["9", "9", "9", "--cell-mesh", "a", "1", "huge.stl"]),
-                                ("huge.ply", ["9", "9", "9", "--cell-mesh", "a", "1", "huge.ply"]),
+                                ("huge.stl", ["9", "9", "9", "--cell-mesh", "a", "1",
+                                              "huge.stl"]), ("huge.ply", ["9", "9", "9", "--cell-mesh", "a", "1", "huge.ply"]),
                                 ("huge.pos", ["9", "9", "9", "--cell", "huge", "2", "1", "1", "1", "--fixed", "huge.pos"])):
                 expect(f"64 MB of zeros as {name}", other, run(other, words), [2], name)
 
@@ -282,8 +283,7 @@ TETGEN_FAULTS = {
     "starved": (f"ulimit -v 4000; exec '{TETGEN}'", "packmesh-tetgen"),
     "talking nonsense": ("cat /dev/urandom | head -c 1000000 >&3", "sent no valid answer"),
     "never silent": ("exec cat /dev/zero >&3", "sent more than"),
-    "given nonsense": (f"exec '{TETGEN}' 3< /dev/urandom", "packmesh-tetgen"),
-}
+    "given nonsense": (f"exec '{TETGEN}' 3< /dev/urandom", "packmesh-tetgen"), }
 
 
 def tetgen_stand_in(folder, script):
@@ -305,8 +305,8 @@ def tetgen():
     for ranks in (1, 2):
         for name, (script, said) in TETGEN_FAULTS.items():
             with Folder() as folder, tempfile.TemporaryDirectory() as other:
-                done = subprocess.run([*of_ranks(ranks), PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True, text=True,
-                                      env=tetgen_stand_in(other, script), timeout=HANGS)
+                done = subprocess.run([*of_ranks(ranks), PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True,
+                                      text=True, env=tetgen_stand_in(other, script), timeout=HANGS)
                 expect(f"packmesh-tetgen {name}, {ranks} ranks", folder, (done.returncode, done.stderr), [0])
                 if said not in done.stdout or (folder.path / "RBC.pos").read_text() != unanswered:
                     failures.append(f"packmesh-tetgen {name}, {ranks} ranks")
@@ -315,9 +315,10 @@ def tetgen():
             for name, more, codes, said in (("time limit", ["--max-time", "1"], [3], ""), ("signal", [], [130], "interrupted")):
                 with Folder() as folder, tempfile.TemporaryDirectory() as other:
                     environment = tetgen_stand_in(other, "exec sleep 100000")
-                    of = words if several == 1 else [*"36 36 36 --ends periodic --hematocrit 0.3 --threads 2".split(), *words[5:]]
-                    process = subprocess.Popen([*of_ranks(ranks), PROGRAM, *of, "cat-faces", *more], cwd=folder.path, env=environment,
-                                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                    of = words if several == 1 else [
+                        *"36 36 36 --ends periodic --hematocrit 0.3 --threads 2".split(), *words[5:]]
+                    process = subprocess.Popen([*of_ranks(ranks), PROGRAM, *of, "cat-faces", *more], cwd=folder.path,
+                                               env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
                     runs = pathlib.Path(other) / "runs"
                     if name == "signal":
                         while not (runs.exists() and runs.read_text().count("\n") >= several):
@@ -325,8 +326,8 @@ def tetgen():
                         for number in ranks_in(folder):  # mpirun would kill them after a while
                             os.kill(number, signal.SIGTERM)
                     _, err = process.communicate(timeout=HANGS)
-                    expect(f"{several} packmesh-tetgen that never answer, {name}, {ranks} ranks", folder, (process.returncode, err), codes, said,
-                           kept=False)
+                    expect(f"{several} packmesh-tetgen that never answer, {name}, {ranks} ranks", folder,
+                           (process.returncode, err), codes, said, kept=False)
                     begun = runs.read_text().split() if runs.exists() else []  # on a slow machine, not before the time limit
                     stays = [number for number in begun if pathlib.Path("/proc", number).exists()]
                     if stays:
@@ -338,8 +339,8 @@ def tetgen():
                        run(folder, [*words, "cat-faces"], launch=of_ranks(ranks), env=environment), [2], "PACKMESH_TETGEN")
 
 
-checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals, killed_rank, states, names,
-          tetgen)
+checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals,
+          killed_rank, states, names, tetgen)
 if os.environ.get("PACKMESH_CAT") == "OFF":
     checks = checks[:-1]
 if sys.argv[4:]:

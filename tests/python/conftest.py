@@ -37,10 +37,12 @@ def refused(match, function, kind=packmesh.InputError):
 @pytest.fixture
 def program(tmp_path):
     """Runs the program in a folder of its own: program(words) -> (folder, output)."""
+
     def run(*words, folder="program", code=0):
         where = tmp_path / folder
         where.mkdir(exist_ok=True)
         return where, run_program(where, *words, code=code)
+
     return run
 
 

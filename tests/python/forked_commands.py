@@ -81,7 +81,10 @@ if __name__ == "__main__":
     import numpy  # noqa: F401
     matplotlib.use("Agg")
     import matplotlib.pyplot  # noqa: F401
-    from packmesh import (cat_cells, compare, export, growth_frames, hemocell_run, plot, render, run, view)  # noqa: F401
+    from packmesh.commands import compare, render, run  # noqa: F401
+    from packmesh.export import cat_cells, formats as export, growth_frames  # noqa: F401
+    from packmesh.run import hemocell_run  # noqa: F401
+    from packmesh.show import plot, view  # noqa: F401
     from packmesh.__main__ import main
 
     for line in sys.stdin:

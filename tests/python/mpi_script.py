@@ -8,7 +8,6 @@ import numpy as np
 from mpi4py import MPI
 
 import packmesh
-from packmesh.convert import surfaces
 
 comm, folder = MPI.COMM_WORLD, pathlib.Path(sys.argv[1])
 packing = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5, comm=comm)
@@ -30,10 +29,12 @@ assert packing.report()["measures"] == packmesh.pack(box=(45, 45, 45), hematocri
 alone = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5)  # on each rank by itself
 for name in packing.species_names:
     cells = packing[name]
-    assert np.array_equal(alone.positions[cells.numbers], cells.positions) and len(cells) == len(cells.numbers) == len(cells.rotations)
+    assert np.array_equal(alone.positions[cells.numbers],
+                          cells.positions) and len(cells) == len(cells.numbers) == len(cells.rotations)
     assert np.array_equal(np.concatenate(comm.allgather(cells.numbers)), alone[name].numbers)
     assert np.array_equal(loaded[name].numbers, cells.numbers)
-assert np.array_equal(np.unique(surfaces(packing)[3]), np.arange(len(packing)) + sum(comm.allgather(len(packing))[:comm.rank]))
+assert np.array_equal(np.unique(packing._surfaces()[3]),
+                      np.arange(len(packing)) + sum(comm.allgather(len(packing))[:comm.rank]))
 for source in (packing["RBC"], {"RBC": packing["RBC"]}, alone["RBC"]):
     fixed = packmesh.pack(box=(45, 45, 45), species={"PLT": 5}, fixed=source, comm=comm)
     assert fixed.counts == {"RBC": packing.counts["RBC"], "PLT": 5}, fixed.counts

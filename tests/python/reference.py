@@ -15,12 +15,14 @@ triangles of a template. Floats and Integers are arrays of NumPy; Number and Int
 GROUPS = {
     "Packing": ["pack", "packing_of", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region", "HalfSpace", "Beyond"],
-    "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
+    "Results": [
+        "Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Cases of HemoCell": ["new_case", "NewCase"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError", "PackingWarning", "RepairWarning"],
-}
+    "Errors": [
+        "Error", "InputError", "MissingFileError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError",
+        "InternalError", "PackingWarning", "RepairWarning"], }
 
 
 def signature(thing, name):
@@ -80,7 +82,7 @@ def page():
                 bases = ", ".join(base.__name__ for base in thing.__bases__)
                 out.append(f"{inspect.getdoc(thing)} Derives from {bases}.\n")
                 continue
-            if name not in ("Packing", "Cells"):
+            if name not in ("Packing", "Cells", "Run", "Step", "DeformedPacking"):
                 out.append(fenced(signature(thing, name)))
             out.append(described(inspect.getdoc(thing)) + "\n")
             if inspect.isclass(thing) and not dataclasses.is_dataclass(thing):

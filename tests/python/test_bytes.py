@@ -12,31 +12,31 @@ from packmesh import Cylinder, Region, Species
 
 PROBLEMS = {
     "box": (dict(box=(30, 25, 20), hematocrit=0.35, seed=3), "30 25 20 --hematocrit 0.35 --seed 3"),
-    "periodic": (dict(box=(20, 20, 20), hematocrit=0.4, ends="periodic", platelets=0.1),
-                 "20 20 20 --hematocrit 0.4 --ends periodic --plt_ratio 0.1"),
-    "walls": (dict(box=(24, 20, 16), hematocrit=0.3, walls="z", wall_clearance=0.3),
-              "24 20 16 --hematocrit 0.3 --walls z --wall-clearance 0.3"),
-    "columns": (dict(box=(16, 16, 24), hematocrit=0.5, ends="periodic", order="columns", platelets=0),
-                "16 16 24 --hematocrit 0.5 --ends periodic --order columns --plt_ratio 0"),
+    "periodic": (dict(box=(20, 20, 20), hematocrit=0.4, ends="periodic",
+                      platelets=0.1), "20 20 20 --hematocrit 0.4 --ends periodic --plt_ratio 0.1"),
+    "walls": (dict(box=(24, 20, 16), hematocrit=0.3, walls="z",
+                   wall_clearance=0.3), "24 20 16 --hematocrit 0.3 --walls z --wall-clearance 0.3"),
+    "columns": (dict(box=(16, 16, 24), hematocrit=0.5, ends="periodic", order="columns",
+                     platelets=0), "16 16 24 --hematocrit 0.5 --ends periodic --order columns --plt_ratio 0"),
     "cylinder": (dict(cylinder=Cylinder(8, 20), hematocrit=0.3), "--cylinder x 8 20 --hematocrit 0.3"),
     "cylinder as a tuple": (dict(cylinder=("z", 6, 25), species={"RBC": 10}), "--cylinder z 6 25 --rbc 10"),
     "sphere": (dict(sphere=10, hematocrit=0.25), "--sphere 10 --hematocrit 0.25"),
-    "cat": (dict(cylinder=("x", 6, 20), species={"RBC": 6}, method="cat", growth={"initialScale": 0.2}),
-            "--cylinder x 6 20 --rbc 6 --method cat --growth initialScale 0.2"),
+    "cat": (dict(cylinder=("x", 6, 20), species={"RBC": 6}, method="cat",
+                 growth={"initialScale": 0.2}), "--cylinder x 6 20 --rbc 6 --method cat --growth initialScale 0.2"),
     "numbers": (dict(box=(30, 30, 30), species={"RBC": 60, "PLT": 20, "WBC": 1}), "30 30 30 --rbc 60 --plt 20 --wbc 1"),
-    "numbers in detail": (dict(box=(30, 30, 30), species={"RBC": Species(count=60), "PLT": Species(count=20)}),
-                          "30 30 30 --rbc 60 --plt 20"),
-    "ellipsoids": (dict(box=(16, 16, 16), ends="periodic",
-                        species={"Disc": Species(count=12, ellipsoid=(6, 6, 1.5)), "Ball": Species(count=10, ellipsoid=(2, 2, 2))}),
+    "numbers in detail": (dict(box=(30, 30, 30), species={"RBC": Species(count=60),
+                                                          "PLT": Species(count=20)}), "30 30 30 --rbc 60 --plt 20"),
+    "ellipsoids": (dict(
+        box=(16, 16, 16), ends="periodic",
+        species={"Disc": Species(count=12, ellipsoid=(6, 6, 1.5)), "Ball": Species(count=10, ellipsoid=(2, 2, 2))}),
                    "16 16 16 --ends periodic --cell Disc 12 6 6 1.5 --cell Ball 10 2 2 2"),
-    "orientation": (dict(box=(25, 25, 25), species={"RBC": Species(count=20, axis=(0, 0, 1), spread=20)}),
-                    "25 25 25 --rbc 20 --orient RBC 0 0 1 20"),
+    "orientation": (dict(box=(25, 25, 25), species={"RBC": Species(count=20, axis=(0, 0, 1),
+                                                                   spread=20)}), "25 25 25 --rbc 20 --orient RBC 0 0 1 20"),
     "no rotation": (dict(box=(25, 25, 25), species={"RBC": 20}, rotate=False), "25 25 25 --rbc 20 --noRotate"),
-    "tiles": (dict(box=(12, 12, 12), species={"RBC": 6, "PLT": 2}, ends="periodic", tile=(2, 1, 3)),
-              "12 12 12 --rbc 6 --plt 2 --ends periodic --tile 2 1 3"),
-    "best effort": (dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40, best_effort=True),
-                    "14 14 14 --hematocrit 0.62 --max-iterations 40 --best-effort"),
-}
+    "tiles": (dict(box=(12, 12, 12), species={"RBC": 6, "PLT": 2}, ends="periodic",
+                   tile=(2, 1, 3)), "12 12 12 --rbc 6 --plt 2 --ends periodic --tile 2 1 3"),
+    "best effort": (dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40,
+                         best_effort=True), "14 14 14 --hematocrit 0.62 --max-iterations 40 --best-effort"), }
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=needs_cat) if name == "cat" else name for name in PROBLEMS])
@@ -78,8 +78,9 @@ def test_case(program, tmp_path, pipe):
 def test_parts_of_a_lumen(program, tmp_path):
     """Numbers and species of regions beyond a cut and a plane, given in Python, and by the program."""
     lumen, cells = dict(cylinder=("x", 8, 40)), {"RBC": Species(count=12)}
-    regions = [Region(count=4, body=packmesh.Beyond((30, 8, 8), (1, 0, 0)), species={"PLT": 6}),
-               Region(count=3, body=packmesh.HalfSpace((10, 0, 0), (-1, 0, 0)))]
+    regions = [
+        Region(count=4, body=packmesh.Beyond((30, 8, 8), (1, 0, 0)), species={"PLT": 6}),
+        Region(count=3, body=packmesh.HalfSpace((10, 0, 0), (-1, 0, 0)))]
     packing = packmesh.pack(**lumen, species=cells, regions=regions, seed=4)
     x = packing["RBC"].positions[:, 0]
     assert (sum(x >= 30), sum(x <= 10), len(x)) == (4, 3, 12)
@@ -101,6 +102,7 @@ def test_regions_of_a_case(program, tmp_path):
 
     def configure(species):
         config.write_text(text[:found.start()] + f"<packing>{species}{common}</packing>" + text[found.end():])
+
     configure("""<species name="RBC"/><species name="PLT" count="4" wallClearance="0.2"/>
       <region hematocrit="0.25"><cylinder axis="x" radius="6" length="200" center="20 13 13"/></region>""")
     program(config, "--output-dir", tmp_path / "out")
@@ -115,9 +117,10 @@ def test_regions_of_a_case(program, tmp_path):
 def test_command_and_request_of_a_packing(program, tmp_path):
     """Regions, obstacles and species in a box: the program takes them as a section, and from a state."""
     packing = packmesh.pack(box=(25, 25, 25), hematocrit=0.2, obstacles=[packmesh.Sphere(4, (12, 12, 12))],
-                            regions=[Region(0.35, packmesh.Box((10, 25, 25)))],
-                            species={"RBC": Species(), "Bead": Species(ratio=0.3, ellipsoid=(2, 2, 2))})
-    assert packing.request["regions"] == [{"hematocrit": 0.35, "body": {"kind": "box", "size": [10, 25, 25], "origin": [0, 0, 0]}}]
+                            regions=[Region(0.35, packmesh.Box(
+                                (10, 25, 25)))], species={"RBC": Species(), "Bead": Species(ratio=0.3, ellipsoid=(2, 2, 2))})
+    assert packing.request["regions"] == [{
+        "hematocrit": 0.35, "body": {"kind": "box", "size": [10, 25, 25], "origin": [0, 0, 0]}}]
     assert packing.request["species"][1] == {"name": "Bead", "ratio": 0.3, "ellipsoid": [2, 2, 2]}
     assert packing.command[:4] == ["packMesh", "25", "25", "25"] and "<region" in packing.command[-1]
     program(*packing.command[1:])
@@ -147,7 +150,8 @@ def test_exports(program, tmp_path):
     formats = re.findall(r'"([a-z-]+)"', packmesh.Packing.write_pos.__doc__)
     _, text = program(20, 20, 20, "--rbc", 10, "--export", "none", code=1)
     assert len(formats) == 12 and all(one in text for one in formats)
-    formats = [one for one in formats if one != "npfem" and (one != "gsd" or importlib.util.find_spec("gsd"))]  # npfem: needs cells from files
+    formats = [one for one in formats
+               if one != "npfem" and (one != "gsd" or importlib.util.find_spec("gsd"))]  # npfem: needs cells from files
     folder, _ = program(20, 20, 20, "--rbc", 10, *(word for one in formats for word in ("--export", one)))
     files = packmesh.pack(box=(20, 20, 20), species={"RBC": 10}).write_pos(tmp_path / "python", export=formats)
     assert sorted(file.name for file in files) == sorted(file.name for file in folder.iterdir())

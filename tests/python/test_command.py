@@ -11,7 +11,8 @@ import numpy as np
 import packmesh
 import pytest
 from forked_commands import Commands
-from packmesh import files, hdf5_files
+from packmesh.base import files
+from packmesh.io import hdf5_files
 from write_run import Writer, sphere
 
 VERTICES, TRIANGLES = sphere(1)
@@ -52,12 +53,14 @@ def assert_refused(found, code, message):
     assert found[0] == code and message in found[1] and "(packMesh) (Error) " in found[1] and "Traceback" not in found[1], found
 
 
-@pytest.mark.parametrize("words, written", [
-    ("make-cell sickle out.stl", ["out.stl"]), ("make-vessel bend out.stl --radius 5 --length 20 --spacing 2", ["out.stl"]),
-    ("compare report.json other.json --csv tables", ["tables/figures.csv", "tables/wall.csv"]),
-    ("compare report.json other.json --page page.html", ["page.html"]), ("plot report.json plots.png --csv tables", ["plots.png", "tables/wall.csv"]),
-    ("view cells.h5 --report report.json --page page.html", ["page.html"]), ("render vtp --scene scene.pov", ["scene.pov"]),
-    ("export cells.h5 --format stl", ["cells.stl"])])
+@pytest.mark.parametrize("words, written",
+                         [("make-cell sickle out.stl", ["out.stl"]),
+                          ("make-vessel bend out.stl --radius 5 --length 20 --spacing 2", ["out.stl"]),
+                          ("compare report.json other.json --csv tables", ["tables/figures.csv", "tables/wall.csv"]),
+                          ("compare report.json other.json --page page.html", ["page.html"]),
+                          ("plot report.json plots.png --csv tables", ["plots.png", "tables/wall.csv"]),
+                          ("view cells.h5 --report report.json --page page.html", ["page.html"]),
+                          ("render vtp --scene scene.pov", ["scene.pov"]), ("export cells.h5 --format stl", ["cells.stl"])])
 def test_files_are_complete_or_as_they_were(words, written, packing, commands, tmp_path):
     if words.startswith("plot"):
         pytest.importorskip("matplotlib")
@@ -86,18 +89,21 @@ def test_all_pictures_of_a_turntable_or_none(packing, tmp_path):
     words = [sys.executable, "-m", "packmesh", "render", packing / "vtp", "a.png", "--turntable"]
 
     def render(count):
-        return subprocess.run([*words, count], cwd=tmp_path, env={**os.environ, "PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
+        return subprocess.run([*words, count], cwd=tmp_path, env={**os.environ, "PATH": str(tmp_path)}, capture_output=True,
+                              text=True, check=False)
+
     failed = render("3")
     assert failed.returncode == 2 and "povray fails" in failed.stderr
     assert (tmp_path / "a-000.png").read_text() == "old" and not (tmp_path / "a-001.png").exists()
-    assert render("2").returncode == 0 and (tmp_path / "a-000.png").read_text() == (tmp_path / "a-001.png").read_text() == "picture"
+    assert render("2").returncode == 0 and (tmp_path / "a-000.png").read_text() == (tmp_path
+                                                                                    / "a-001.png").read_text() == "picture"
 
 
 def test_tables_of_a_report_need_no_matplotlib(packing, tmp_path):
     (tmp_path / "matplotlib.py").write_text("raise ModuleNotFoundError(name='matplotlib')\n")
     environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
-    done = subprocess.run([sys.executable, "-m", "packmesh", "plot", packing / "report.json", "plots.png", "--csv", "tables"], cwd=tmp_path,
-                          env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-m", "packmesh", "plot", packing / "report.json", "plots.png", "--csv", "tables"],
+                          cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 69 and "Debian: python3-matplotlib" in done.stderr
     assert (tmp_path / "tables/wall.csv").exists() and not (tmp_path / "plots.png").exists()
 
@@ -114,7 +120,8 @@ def test_what_outputs_made_for_files_that_are_not_written_is_removed(tmp_path):
 @pytest.mark.parametrize("words", ["run out --no-page --no-overlaps", "--help", "view --help"])
 def test_standard_output_on_a_full_disk(words, run, tmp_path):
     with open("/dev/full", "w", encoding="utf-8") as full:
-        done = subprocess.run([sys.executable, "-m", "packmesh", *words.split()], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run([sys.executable, "-m", "packmesh", *words.split()], cwd=tmp_path, stdout=full,
+                              stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 5 and done.stderr == "(packMesh) (Error) the output: cannot be written: No space left on device\n", done.stderr
 
 
@@ -153,11 +160,12 @@ def test_flat_and_point_like_cells(run, commands, tmp_path):
     (lambda file: file.create_dataset("Velocity", (18 * 3, 1 << 40), "f4", chunks=(54, 1)), "'Velocity' has the shape"),
     (lambda file: file.create_dataset("Stress", (18 * 3, 1 << 40), "f4", chunks=(54, 1)), "'Stress' is larger than the file")])
 def test_damaged_blocks(damage, message, commands, tmp_path):
-    writer = Writer(tmp_path / "out", blocks=(1, 1, 1), periodic=(False,) * 3)
+    writer = Writer(tmp_path / "out", blocks=(1, 1, 1), periodic=(False, ) * 3)
     writer.write(100, {"RBC": (CELLS, TRIANGLES, np.arange(3))})
     with h5py.File(writer.path(100, "RBC", 0), "r+") as file:
         for name in ("Position", "Cell Id"):
-            if message.startswith(f"'{name}'") or (name == "Cell Id") == ("ids" in message) and ("ids" in message or "positions" in message):
+            if message.startswith(f"'{name}'") or (name == "Cell Id") == ("ids" in message) and ("ids" in message
+                                                                                                 or "positions" in message):
                 del file[name]
         damage(file)
     assert_refused(commands.run(["run", "out"], tmp_path), 2, message)
@@ -183,10 +191,13 @@ def test_attributes_of_damaged_files_are_not_listed(tmp_path):
         file.attrs["before"], file.attrs["dx"] = np.array([1.0]), np.array([5e-7])
     content = path.read_bytes()
     at = content.index(b"dx\0")
-    script.write_text("import sys\nfrom packmesh import block_files, errors\ncontent = open('a.h5', 'rb').read()\n"
-                      f"for i in range({at} - 10, {at} + 40):\n  for bit in (1, 128):\n    changed = bytearray(content)\n    changed[i] ^= bit\n"
-                      "    open('b.h5', 'wb').write(changed)\n    try:\n      block_files.header_of('b.h5', 0, 1)\n    except errors.InputError: pass\n")
-    done = subprocess.run([sys.executable, script], cwd=tmp_path, env={**os.environ, "MALLOC_PERTURB_": "90"}, capture_output=True, text=True, check=False)
+    script.write_text(
+        "import sys\nfrom packmesh import errors\nfrom packmesh.run import block_files\ncontent = open('a.h5', 'rb').read()\n"
+        f"for i in range({at} - 10, {at} + 40):\n  for bit in (1, 128):\n    changed = bytearray(content)\n    changed[i] ^= bit\n"
+        "    open('b.h5', 'wb').write(changed)\n    try:\n      block_files.header_of('b.h5', 0, 1)\n    except errors.InputError: pass\n"
+    )
+    done = subprocess.run([sys.executable, script], cwd=tmp_path, env={**os.environ, "MALLOC_PERTURB_": "90"},
+                          capture_output=True, text=True, check=False)
     assert done.returncode == 0, done
 
 
@@ -195,39 +206,43 @@ def test_attributes_of_damaged_files_are_not_listed(tmp_path):
     (lambda report: report["species"][0].pop("placed"), "there is no 'placed' in species[0]"),
     (lambda report: report["measures"]["gaps"][0].update(width=1e300), "measures.gaps[0].width: expected a number"),
     (lambda report: report["times"].update(cpu=float("inf")), "numbers that are not finite"),
-    (lambda report: report.update(seed=10 ** 400), "numbers out of range"),
+    (lambda report: report.update(seed=10**400), "numbers out of range"),
     (lambda report: report.update(deep=json.loads("[" * 60 + "]" * 60)), "nested too deeply")])
 def test_damaged_reports(change, message, packing, commands, tmp_path):
     report = json.loads((packing / "report.json").read_text())
     change(report)
     (tmp_path / "damaged.json").write_text(json.dumps(report))
-    for words in (["view", packing / "cells.h5", "--page", "a.html", "--report", "damaged.json"], ["compare", packing / "report.json", "damaged.json"],
-                  ["plot", "damaged.json"]):
+    for words in (["view", packing / "cells.h5", "--page", "a.html", "--report",
+                   "damaged.json"], ["compare", packing / "report.json", "damaged.json"], ["plot", "damaged.json"]):
         assert_refused(commands.run(words, tmp_path), 2, message)
     (tmp_path / "damaged.json").write_text("[" * 100000)
     assert_refused(commands.run(["plot", "damaged.json"], tmp_path), 2, "it is not a JSON file")
     assert [path.name for path in tmp_path.iterdir()] == ["damaged.json"]
 
 
-@pytest.mark.parametrize("words", ["make-cell sickle a.stl --length {}", "make-cell spherocyte a.stl --length {}", "make-cell discocyte a.stl --volume {}",
-                                   "make-vessel bend a.stl --radius {}", "make-vessel stenosis a.stl --length {}", "make-vessel aneurysm a.stl --spacing {}",
-                                   "run . --near-wall {}", "render . --max-gap {}"])
+@pytest.mark.parametrize("words", [
+    "make-cell sickle a.stl --length {}", "make-cell spherocyte a.stl --length {}", "make-cell discocyte a.stl --volume {}",
+    "make-vessel bend a.stl --radius {}", "make-vessel stenosis a.stl --length {}", "make-vessel aneurysm a.stl --spacing {}",
+    "run . --near-wall {}", "render . --max-gap {}"])
 def test_sizes_out_of_range(words, commands, tmp_path):
-    for value in ("inf", "nan", "1e300", "-1") + (() if words.startswith("run") else ("1e-300",)):
+    for value in ("inf", "nan", "1e300", "-1") + (() if words.startswith("run") else ("1e-300", )):
         assert_refused(commands.run(words.format(value).split(), tmp_path), 1, value)
-    assert_refused(commands.run(["make-vessel", "bend", "a.stl", "--spacing", "0.02"], tmp_path), 1, "expected at most 20000000")
+    assert_refused(commands.run(["make-vessel", "bend", "a.stl", "--spacing", "0.02"], tmp_path), 1,
+                   "expected at most 20000000")
     assert not list(tmp_path.iterdir())
 
 
 def test_errors_of_commands_themselves(commands, tmp_path):
     """The command line, what is missing, and errors of packMesh."""
-    for words in (["exprot"], ["view"], ["run", "out", "--every"], ["render", "--colour", "x"], ["paraview-growth"], ["plot", "report.json", "a.tiff"]):
+    for words in (["exprot"], ["view"], ["run", "out",
+                                         "--every"], ["render", "--colour",
+                                                      "x"], ["paraview-growth"], ["plot", "report.json", "a.tiff"]):
         assert_refused(commands.run(words, tmp_path), 1, "")
     (tmp_path / "a.pov").touch()
     assert_refused(commands.run(["render", "a.pov"], tmp_path), 69, "povray is not installed")
     (tmp_path / "h5py.py").write_text("raise ModuleNotFoundError(\"No module named 'h5py'\", name='h5py')")
     (tmp_path / "a.h5").touch()
-    done = subprocess.run([sys.executable, "-m", "packmesh", "cat-cells", "a.h5", "a.obj"], cwd=tmp_path, capture_output=True, text=True, check=False,
-                          env={**os.environ, "PYTHONPATH": f"{tmp_path}:{os.environ['PYTHONPATH']}"})
+    done = subprocess.run([sys.executable, "-m", "packmesh", "cat-cells", "a.h5", "a.obj"], cwd=tmp_path, capture_output=True,
+                          text=True, check=False, env={**os.environ, "PYTHONPATH": f"{tmp_path}:{os.environ['PYTHONPATH']}"})
     assert done.returncode == 69 and "(Error) needs the Python package h5py (Debian: python3-h5py)" in done.stderr
     assert hdf5_files.Damaged.__base__ is ValueError

@@ -13,7 +13,7 @@ import numpy as np
 import packmesh
 import pytest
 from conftest import PROGRAM, SOURCE, needs_cat
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
 
 BOX = ["20", "20", "20", "--rbc", "10", "--walls", "xyz"]
 
@@ -29,7 +29,9 @@ def alone(tmp_path):
         """`path` as the only places for commands."""
         environment = {**os.environ, "PATH": path, **more}
         environment.pop("PYTHONPATH", None)
-        return subprocess.run([program, *words], cwd=tmp_path / "work", env=environment, capture_output=True, text=True, check=False)
+        return subprocess.run([program, *words], cwd=tmp_path / "work", env=environment, capture_output=True, text=True,
+                              check=False)
+
     return run
 
 
@@ -56,7 +58,8 @@ def test_where_it_is_missing_the_packing_is_kept_for_it(alone, tmp_path):
     assert sorted(file.name for file in work.iterdir()) == ["RBC.pos", "a b.json", "packing.h5"]
     # What it says to do makes the files that the program would have made.
     command = done.stderr.split("this writes them: ")[1].splitlines()[0]
-    subprocess.run(command, shell=True, cwd=work, check=True, env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"})
+    subprocess.run(command, shell=True, cwd=work, check=True,
+                   env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"})
     (tmp_path / "whole").mkdir()
     subprocess.run([PROGRAM, *BOX, "--export", "csv", "--vtp", "--report", "a b.html"], cwd=tmp_path / "whole", check=True,
                    capture_output=True)
@@ -76,7 +79,8 @@ def test_it_is_found_in_path_and_as_a_module(alone, tmp_path):
 
 
 @pytest.mark.parametrize("text, code, message", [
-    ("import sys; sys.stderr.write('(packMesh) (Error) needs the Python package h5py\\n'); sys.exit(69)", 0, "needs the Python package h5py"),
+    ("import sys; sys.stderr.write('(packMesh) (Error) needs the Python package h5py\\n'); sys.exit(69)", 0,
+     "needs the Python package h5py"),
     ("import sys; sys.stderr.write('(packMesh) (Error) not for this program\\n'); sys.exit(2)", 2, "not for this program"),
     ("import sys; sys.stderr.write('(packMesh) (Error) the disk is full\\n'); sys.exit(5)", 5, "packmesh: the disk is full"),
     ("import os; os.kill(os.getpid(), 9)", 5, "was killed by signal 9"),
@@ -101,9 +105,10 @@ def test_errors_after_packing(alone, tmp_path):
 def test_a_signal_ends_both(alone, tmp_path):
     """The command is told, and nothing temporary stays."""
     log = tmp_path / "log"
-    folder = stand_in(tmp_path / "path", "import sys, time, signal\nif '--plan' in sys.argv: sys.exit(0)\n"
-                      f"def end(*_):\n  open({str(log)!r}, 'a').write('told'); sys.exit(1)\n"
-                      f"signal.signal(signal.SIGTERM, end)\nopen({str(log)!r}, 'w').write('began ')\nwhile True: time.sleep(0.05)")
+    folder = stand_in(
+        tmp_path / "path", "import sys, time, signal\nif '--plan' in sys.argv: sys.exit(0)\n"
+        f"def end(*_):\n  open({str(log)!r}, 'a').write('told'); sys.exit(1)\n"
+        f"signal.signal(signal.SIGTERM, end)\nopen({str(log)!r}, 'w').write('began ')\nwhile True: time.sleep(0.05)")
     running = subprocess.Popen([tmp_path / "bin/packMesh", *BOX, "--export", "csv"], cwd=tmp_path / "work",
                                env={**os.environ, "PATH": folder}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while running.poll() is None and not (log.exists() and log.read_text()):
@@ -140,8 +145,9 @@ def test_cells_of_catcells_in_other_formats_need_it(tmp_path):
         file["meshes/0"].attrs.update(name="a", kind="cell")
     assert run_packmesh("cat-cells", "c.h5", "c.obj", cwd=tmp_path).returncode == 0
     assert (tmp_path / "c.obj").read_text().splitlines()[1:] == ["o a", "v 1 0 0", "v 0 1 0", "v 0 0 1", "f 1 2 3"]
-    for words, code, message in ((["c.h5", "c.vtk"], 1, "ending in .obj, .ply or .vtp"), (["d.h5", "c.obj"], 2, "there is no such file"),
-                                 (["c.obj", "d.obj"], 2, "is not a file of catCells")):
+    for words, code, message in ((["c.h5", "c.vtk"], 1, "ending in .obj, .ply or .vtp"),
+                                 (["d.h5", "c.obj"], 2, "there is no such file"), (["c.obj",
+                                                                                    "d.obj"], 2, "is not a file of catCells")):
         refused = run_packmesh("cat-cells", *words, cwd=tmp_path)
         assert refused.returncode == code and message in refused.stderr
 
@@ -154,13 +160,14 @@ def test_ranks_of_mpi_are_not_passed_on(alone, tmp_path):
 
 
 def run_packmesh(*words, cwd=None):
-    return subprocess.run([PROGRAM.with_name("packmesh"), *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+    return subprocess.run([PROGRAM.with_name("packmesh"), *map(str, words)], cwd=cwd, capture_output=True, text=True,
+                          check=False)
 
 
 def test_the_command_of_the_build_tree_is_the_module(tmp_path):
     listed = run_packmesh("--help").stdout
-    for name in ("view", "export", "growth-frames", "cat-cells", "plot", "compare", "run", "render", "make-cell", "make-vessel", "new-case",
-                 "paraview-cells", "paraview-growth"):
+    for name in ("view", "export", "growth-frames", "cat-cells", "plot", "compare", "run", "render", "make-cell", "make-vessel",
+                 "new-case", "paraview-cells", "paraview-growth"):
         assert f"  {name} " in listed
     assert listed == subprocess.run([sys.executable, "-m", "packmesh", "--help"], capture_output=True, text=True, check=True,
                                     env={**os.environ, "PYTHONPATH": str(SOURCE / "python")}).stdout
@@ -170,8 +177,7 @@ def test_the_command_of_the_build_tree_is_the_module(tmp_path):
 @pytest.mark.parametrize("damage, message", [
     (lambda file: file.write_bytes(b"no HDF5"), "is no state or packing of packMesh, or is damaged"),
     (lambda file: file.write_bytes(file.read_bytes()[:3000]), "is no state or packing of packMesh, or is damaged"),
-    (lambda file: file.unlink(), "there is no such file"),
-    (lambda file: changed(file, "/lumen"), "has no lumen"),
+    (lambda file: file.unlink(), "there is no such file"), (lambda file: changed(file, "/lumen"), "has no lumen"),
     (lambda file: changed(file, "/cells/position"), "is no state or packing"),
     (lambda file: changed(file, "/cells/scale", 0.5), "has cells that still grow"),
     (lambda file: changed(file, "/cells/position", np.nan), "values that are not numbers"),
@@ -191,7 +197,7 @@ def changed(file, path, value=None):
         if value is None:
             del data[path]
         else:
-            data[path][(0,) * data[path].ndim] = value
+            data[path][(0, ) * data[path].ndim] = value
 
 
 def test_unfinished_packings_are_exported_with_a_warning(tmp_path):
@@ -210,8 +216,8 @@ def test_parts_of_a_species_are_one(tmp_path):
     found = PackingFile(str(tmp_path / "cells.h5"))
     assert {kind.name: kind.count for kind in found.kinds} == packing.counts
     np.testing.assert_array_equal(found.positions, packing.positions)
-    np.testing.assert_allclose(found.angles(np.arange(len(found))), np.concatenate(
-        [packing.pos_lines(name) for name in packing.counts])[:, 3:], atol=1e-12)
+    np.testing.assert_allclose(found.angles(np.arange(len(found))),
+                               np.concatenate([packing.pos_lines(name) for name in packing.counts])[:, 3:], atol=1e-12)
 
 
 def test_outputs_are_written_together_or_not_at_all(tmp_path):

@@ -37,8 +37,9 @@ def three(program):
 
 
 def test_table_of_a_series(tmp_path):
-    rows = ["realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s",
-            "1,5,certified,10,0.4,0.01,,12,0.1,0.2", "2,6,failed,,,,,,,", "3,7,bestEffort,11,0.5,0.03,,13,0.3,0.4"]
+    rows = [
+        "realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s",
+        "1,5,certified,10,0.4,0.01,,12,0.1,0.2", "2,6,failed,,,,,,,", "3,7,bestEffort,11,0.5,0.03,,13,0.3,0.4"]
     (tmp_path / "realisations.csv").write_text("\n".join(rows) + "\n")
     text = compare("realisations.csv", cwd=tmp_path)
     assert "Of 2 realisations:" in text
@@ -92,7 +93,8 @@ def test_profiles(three):
         rows = list(csv.DictReader(open(folder / f"tables/{file}.csv", newline="", encoding="utf-8")))
         assert len(rows) == len(profile(reports[0])["red"]) > 10
         for i, row in enumerate(rows):
-            assert float(row["position_um"]) == pytest.approx(profile(reports[0])["begin"] + (i + 0.5) * profile(reports[0])["width"])
+            assert float(
+                row["position_um"]) == pytest.approx(profile(reports[0])["begin"] + (i + 0.5) * profile(reports[0])["width"])
             assert_spread(row, [profile(one)["red"][i] for one in reports], "hematocrit_")
             assert_spread(row, [profile(one)["species"][1]["fraction"][i] for one in reports], "PLT_fraction_")
     rows = list(csv.DictReader(open(folder / "tables/gaps.csv", newline="", encoding="utf-8")))
@@ -114,16 +116,17 @@ def test_page(three):
     fractions = np.array([one["measures"]["wall"]["species"][0]["fraction"] for one in reports])
     np.testing.assert_allclose(wall["fraction"], fractions.mean(axis=0), rtol=1e-9)
     np.testing.assert_allclose(wall["error"], fractions.std(axis=0, ddof=1), rtol=1e-9, atol=1e-15)
-    assert [row[:4] for row in data["realisations"]["rows"]] == [
-        [name, str(i), "certified", "clean"] for i, name in enumerate(names, 1)]
+    assert [row[:4] for row in data["realisations"]["rows"]] == [[name, str(i), "certified", "clean"]
+                                                                 for i, name in enumerate(names, 1)]
 
 
 def test_markup(three):
     """Markup in a text does not end the element that holds the data, and placeholders in it stay."""
     folder, names, _, _ = three
     text = "</script><!-- @SCRIPTS@ <b>"
-    marked = [change(folder, name, f"{i}.json", lambda report: report["lumen"].update(description=text))
-              for i, name in enumerate(names)]
+    marked = [
+        change(folder, name, f"{i}.json", lambda report: report["lumen"].update(description=text))
+        for i, name in enumerate(names)]
     compare(*marked, "--page", "compare.html", cwd=folder)
     page = (folder / "compare.html").read_text()
     assert text not in page and "@SCRIPTS@ \\u003cb>" in page
@@ -134,11 +137,12 @@ def test_markup(three):
 @needs_cat
 def test_other_problems(three, program):
     folder, names, _, _ = three
-    others = {"lumen": "--cylinder x 9 20 --hematocrit 0.25", "species": "--cylinder x 8 20 --rbc 10 --wbc 1",
-              "configuration.hematocrit": "--cylinder x 8 20 --hematocrit 0.2",
-              "configuration.cellFreeLayer": "--cylinder x 8 20 --hematocrit 0.25 --cell-free-layer 1",
-              "configuration.clearance": "--cylinder x 8 20 --hematocrit 0.25 --clearance 0.02",
-              "configuration.method": "--cylinder x 8 20 --hematocrit 0.25 --method cat"}
+    others = {
+        "lumen": "--cylinder x 9 20 --hematocrit 0.25", "species": "--cylinder x 8 20 --rbc 10 --wbc 1",
+        "configuration.hematocrit": "--cylinder x 8 20 --hematocrit 0.2",
+        "configuration.cellFreeLayer": "--cylinder x 8 20 --hematocrit 0.25 --cell-free-layer 1",
+        "configuration.clearance": "--cylinder x 8 20 --hematocrit 0.25 --clearance 0.02",
+        "configuration.method": "--cylinder x 8 20 --hematocrit 0.25 --method cat"}
     for number, (place, words) in enumerate(others.items()):
         program(*words.split(), "--seed", 5, "--output-dir", number, "--report", f"{number}.json")
         text = compare(names[0], f"{number}.json", "--csv", "none", "--page", "none.html", cwd=folder, code=2)
@@ -178,7 +182,8 @@ def test_fewer_cells(program):
     table = figures(folder / "tables/figures.csv")
     assert_spread(table["RBC: cells"], [one["species"][0]["placed"] for one in reports])
     assert_spread(table["PLT: order S"], [one["measures"]["orientation"][1]["nematic"] for one in reports[:2]])
-    one = compare(change(folder, names[0], "a.json", without_platelets), names[2], "--csv", "empty", "--page", "page.html", cwd=folder)
+    one = compare(change(folder, names[0], "a.json", without_platelets), names[2], "--csv", "empty", "--page", "page.html",
+                  cwd=folder)
     assert re.search(r"PLT: order S +0 +- +- +- +-\n", one)
     assert figures(folder / "empty/figures.csv")["PLT: order S"] == {"n": "0", "mean": "", "std": "", "min": "", "max": ""}
     assert "minimum gap to the wall" not in text
@@ -189,8 +194,9 @@ def test_growth(program):
     folder, _ = program(*"--sphere 10 --rbc 8 --method cat --realisations 2 --report report.json".split())
     names = [f"realisation_{i}/report.json" for i in (1, 2)]
     compare(*names, "--csv", "tables", cwd=folder)
-    assert_spread(figures(folder / "tables/figures.csv")["iterations of growth"],
-                  [one["statistics"]["growth"]["iterations"] for one in read(folder, *names)])
+    assert_spread(
+        figures(folder / "tables/figures.csv")["iterations of growth"],
+        [one["statistics"]["growth"]["iterations"] for one in read(folder, *names)])
 
 
 def test_checked(program):
@@ -205,17 +211,20 @@ def test_checked(program):
 def test_errors(three):
     folder, names, _, _ = three
     assert "at least two reports" in compare(names[0], cwd=folder, code=1)
-    assert "(Error) none.json: cannot be read: No such file or directory\n" in compare(names[0], "none.json", cwd=folder, code=2)
+    assert "(Error) none.json: cannot be read: No such file or directory\n" in compare(names[0], "none.json", cwd=folder,
+                                                                                       code=2)
     (folder / "page.html").write_text("<html>")
     assert "page.html: is not a report of packMesh" in compare(names[0], "page.html", cwd=folder, code=2)
     (folder / "other.json").write_text("[1]")
     assert "other.json: is not a report of packMesh" in compare(names[0], "other.json", cwd=folder, code=2)
     change(folder, names[1], "cut.json", lambda report: report.pop("measures"))
-    assert "cut.json: is not a complete report of packMesh: there is no 'measures'" in compare(names[0], "cut.json", cwd=folder, code=2)
+    assert "cut.json: is not a complete report of packMesh: there is no 'measures'" in compare(
+        names[0], "cut.json", cwd=folder, code=2)
     change(folder, names[1], "odd.json", lambda report: report.update(measures=[]))
     assert "odd.json: is not a complete report of packMesh: a value" in compare(names[0], "odd.json", cwd=folder, code=2)
     change(folder, names[1], "layers.json", lambda report: report["measures"]["wall"]["red"].pop())
-    assert "measures.wall: expected numbers of the same layers for each species" in compare(names[0], "layers.json", cwd=folder, code=2)
+    assert "measures.wall: expected numbers of the same layers for each species" in compare(
+        names[0], "layers.json", cwd=folder, code=2)
     change(folder, names[1], "layers.json", lambda report: report["measures"]["wall"].update(width=0.5))
     assert "the layers of the profiles differ" in compare(names[0], "layers.json", cwd=folder, code=2)
     change(folder, names[1], "open.json", lambda report: report["measures"].update(wall=None))
@@ -228,6 +237,7 @@ def test_errors_of_plot(three):
 
     def plot(*words):
         return compare(*words, cwd=folder, code=2, command="plot")
+
     assert plot("none.json", "x.pdf") == "(packMesh) (Error) none.json: cannot be read: No such file or directory\n"
     (folder / "page.html").write_text("<html>")
     assert "page.html: is not a report of packMesh (packMesh --report report.json): it is not a JSON file" in plot("page.html")

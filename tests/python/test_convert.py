@@ -8,7 +8,6 @@ import pytest
 from conftest import refused
 
 import packmesh
-from packmesh import convert
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +32,7 @@ def test_meshio(packing, tmp_path):
 
 
 def test_placements(packing):
-    placements = convert.matrices(packing)
+    placements = packing._placements()
     vertices = packing.template("PLT")[0]
     placed = np.einsum("nij,vj->nvi", placements[6:, :3, :3], vertices) + placements[6:, None, :3, 3]
     np.testing.assert_allclose(placed, packing.vertices("PLT"), rtol=0, atol=1e-12)
@@ -44,8 +43,10 @@ def test_trimesh(packing, monkeypatch):
     if "trimesh" not in sys.modules:
         stand_in = types.ModuleType("trimesh")
         stand_in.Trimesh = lambda vertices, faces, process: (vertices, faces)
-        stand_in.Scene = type("Scene", (), {"__init__": lambda self: setattr(self, "nodes", {}), "add_geometry":
-                              lambda self, mesh, geom_name, node_name, transform: self.nodes.update({node_name: (mesh, transform)})})
+        stand_in.Scene = type(
+            "Scene", (), {
+                "__init__": lambda self: setattr(self, "nodes", {}), "add_geometry": lambda self, mesh, geom_name, node_name,
+                transform: self.nodes.update({node_name: (mesh, transform)})})
         monkeypatch.setitem(sys.modules, "trimesh", stand_in)
     scene = packing.to_trimesh()
     assert sorted(scene.nodes) == [f"PLT_{i}" for i in (6, 7, 8)] + [f"RBC_{i}" for i in range(6)]
@@ -53,8 +54,8 @@ def test_trimesh(packing, monkeypatch):
 
 def test_pyvista(packing, monkeypatch):
     stand_in = types.ModuleType("pyvista")
-    stand_in.PolyData = type("PolyData", (), {"__init__": lambda self, points, faces: self.__dict__.update(
-        points=points, faces=faces, cell_data={})})
+    stand_in.PolyData = type("PolyData", (), {
+        "__init__": lambda self, points, faces: self.__dict__.update(points=points, faces=faces, cell_data={})})
     monkeypatch.setitem(sys.modules, "pyvista", stand_in)
     mesh = packing.to_pyvista()
     faces = mesh.faces.reshape(-1, 4)

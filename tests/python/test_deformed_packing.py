@@ -13,9 +13,9 @@ import packmesh
 import packmesh._packmesh
 from conftest import SOURCE, refused
 from forked_commands import output_of
-from packmesh.membrane_measures import shapes_of
-from packmesh import vtp
-from packmesh.packing_file import PackingFile
+from packmesh.cells.shapes import shapes_of
+from packmesh.io import vtp
+from packmesh.io.packing_file import PackingFile
 from write_run import Writer, sphere
 
 RADIUS, LENGTH, MIDDLE = 9, 30, np.array([14.75, 9.75, 9.75])  # of the tube [µm]
@@ -56,18 +56,21 @@ def test_packing(step, tmp_path):
     assert packing.fit_errors[:5].max() < 1e-5 and 0.05 < packing.fit_errors[5:].min() < packing.fit_errors[5:].max() < 0.3
     volume = 5 * shapes_of(template("RBC")[0][None], template("RBC")[1]).volume[0]
     assert packing.hematocrit == pytest.approx(volume / (np.pi * 81 * 30), rel=1e-5)
-    with pytest.warns(packmesh.PackingWarning, match="9 of 9 cells are deformed, but are written undeformed: these cells overlap in 4 pairs"):
+    with pytest.warns(packmesh.PackingWarning,
+                      match="9 of 9 cells are deformed, but are written undeformed: these cells overlap in 4 pairs"):
         written = packing.write_pos(tmp_path / "step", export=["stl", "vtk-meshes"], undeformed=True)
     assert {path.name for path in written} == {"RBC.pos", "PLT.pos", "cells.stl", "RBC_cells.vtp", "PLT_cells.vtp"}
     np.testing.assert_array_equal(packmesh.read_pos(tmp_path / "step/PLT.pos"), packing.pos_lines("PLT"))
     # The file has the deformed membranes: their volume is that of the stretched platelets.
-    corners = np.frombuffer((tmp_path / "step/cells.stl").read_bytes()[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))["c"]
+    corners = np.frombuffer((tmp_path / "step/cells.stl").read_bytes()[84:],
+                            np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))["c"]
     corners = corners[5 * len(template("RBC")[1]):].astype(float) - corners[-1, 0]
     total = np.einsum("tk,tk->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     assert total == pytest.approx(4 * 0.96 * shapes_of(template("PLT")[0][None], template("PLT")[1]).volume[0], rel=1e-4)
 
 
 def test_export_command(step, case):
+
     def export(*words, code=0):
         return output_of(["export", *words], case, code)
 
@@ -109,14 +112,16 @@ def test_other_case(step, case, caplog):
     config.write_text(text.replace("<Nz> 40", "<Nz> 44"))
     refused("config.xml: its lattice has 60 x 40 x 44 nodes, that of the run .*output 60 x 40 x 40", lambda: step.packing())
     config.write_text(text.replace("5e-7", "6e-7"))
-    refused("config.xml: its dx is 0.6 µm, that of the run .*output 0.5 µm; expected the case of the run", lambda: step.packing())
+    refused("config.xml: its dx is 0.6 µm, that of the run .*output 0.5 µm; expected the case of the run",
+            lambda: step.packing())
     config.write_text(text.replace('radius="9"', 'radius="3"'))
     step.packing()
     assert not caplog.messages  # check() tells
     for path in case.glob("output/hdf5/*/Fluid*"):
         path.unlink()
     packmesh.hemocell_output(case / "output", config=case)[0].packing()
-    assert len(caplog.messages) == 1 and re.search(r"\d of 5 cells RBC reach up to [\d.]+ µm out of the lumen of .*config.xml", caplog.messages[0])
+    assert len(caplog.messages) == 1 and re.search(r"\d of 5 cells RBC reach up to [\d.]+ µm out of the lumen of .*config.xml",
+                                                   caplog.messages[0])
 
 
 def test_state_without_a_case(step, case, caplog):
@@ -126,8 +131,9 @@ def test_state_without_a_case(step, case, caplog):
     packing.write_pos(case / "stl", export=["stl"])
     assert not caplog.messages
     packing.save(case / "state.h5")
-    assert caplog.messages == [f"{step.folder}: without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm, "
-                               "periodic along x, y and z"]
+    assert caplog.messages == [
+        f"{step.folder}: without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm, "
+        "periodic along x, y and z"]
     lumen = PackingFile(str(case / "state.h5")).require_lumen()
     np.testing.assert_allclose(lumen.period, (30, 20, 20), atol=1e-6)
     np.testing.assert_allclose(lumen.low, -0.25, atol=1e-6)
@@ -142,7 +148,9 @@ def test_exports_without_a_case(step, case, caplog):
     assert not caplog.messages
     names = {path.name for path in packing.write_pos(case / "exports", export=["vtk", "csv", "extxyz"], undeformed=True)}
     assert {"RBC.vtp", "lumen.vtp", "cells.csv", "cells.extxyz"} <= names
-    assert [text for text in caplog.messages if "without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text]
+    assert [
+        text for text in caplog.messages
+        if "without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text]
     packing.save(case / "state.h5")
     packmesh.load(case / "state.h5").write_pos(case / "loaded", export=["vtk", "csv"], undeformed=True)
     assert (case / "loaded/lumen.vtp").read_bytes() == (case / "exports/lumen.vtp").read_bytes()
@@ -180,7 +188,8 @@ def test_state_of_the_last_step(step, case):
     assert "PLT.000000002000.p.2.h5: cannot be read" in run("--case", ".", code=2) and not (case / "a.h5").exists()
     text = run("--case", ".", "--skip-damaged")
     assert "(Warning) iteration 2000 is left out: " in text and "Wrote a.h5: 5 RBC, 4 PLT of iteration 1000" in text
-    assert "(Warning) output/hdf5/000000001000: without the case (config, --case) the lumen is taken to be a box" in run("--skip-damaged")
+    assert "(Warning) output/hdf5/000000001000: without the case (config, --case) the lumen is taken to be a box" in run(
+        "--skip-damaged")
     assert "(Error) output: no step can be read" in run("--skip-damaged", "--from", "2000", code=2)
 
 
@@ -189,8 +198,9 @@ def test_check_of_packing(case):
     _, red = placed("RBC", 3, 4)
     centers = np.array([[5, 9.75, 9.75], [15, 9.75, 9.75], [25, 9.75, 17.0]])
     cells = red - red.mean(axis=1)[:, None] + centers[:, None]
-    types = {"RBC": (cells, template("RBC")[1], np.arange(3)),
-             "PLT": (np.array([template("PLT")[0] + (15, 9.75, 9.75)]), template("PLT")[1], np.array([3]))}
+    types = {
+        "RBC": (cells, template("RBC")[1], np.arange(3)),
+        "PLT": (np.array([template("PLT")[0] + (15, 9.75, 9.75)]), template("PLT")[1], np.array([3]))}
     Writer(case / "output").write(1000, types)
     check = packmesh.hemocell_output(case / "output", config=case / "config.xml")[0].packing().check()
     assert check.overlapping == [(1, 3)] and [cell for cell, _ in check.misplaced] == [2] and not check
@@ -204,28 +214,30 @@ def test_check_of_packing(case):
 def test_start_from_a_step(step):
     """The rigid fits are cells that a packing starts from."""
     to_origin = np.append(MIDDLE - (15, 9, 9), (0, 0, 0))  # the low corner of the lumen of pack()
-    packing = packmesh.pack(cylinder=packmesh.Cylinder(9, 30), ends="periodic", hematocrit=0.1, start={
-        name: step.packing().pos_lines(name) - to_origin for name in ("RBC", "PLT")})
+    packing = packmesh.pack(cylinder=packmesh.Cylinder(9, 30), ends="periodic", hematocrit=0.1,
+                            start={name: step.packing().pos_lines(name) - to_origin for name in ("RBC", "PLT")})
     assert packing.check().clean and packing.counts["RBC"] >= 5
 
 
 def test_templates_of_the_case(case):
     """Without triangles and ids, the templates of the case tell what a cell is."""
     _, red = placed("RBC", 5, 1, 0.1)
-    Writer(case / "output", datasets=("Position",)).write(1000, {"RBC": (red, template("RBC")[1], np.arange(5))})
+    Writer(case / "output", datasets=("Position", )).write(1000, {"RBC": (red, template("RBC")[1], np.arange(5))})
     refused("nothing tells which positions are a cell", lambda: packmesh.hemocell_output(case / "output")[0].vertices("RBC"))
     step = packmesh.hemocell_output(case / "output", config=case / "config.xml")[0]
     assert step.vertices("RBC").shape == red.shape
     np.testing.assert_array_equal(step.triangles("RBC"), template("RBC")[1])
     (case / "RBC.xml").write_text("<hemocell><MaterialModel><radius> 3.91e-6 </radius><minNumTriangles> 1300 </minNumTriangles>"
                                   "</MaterialModel></hemocell>")
-    refused("nothing tells which positions are a cell", lambda: packmesh.hemocell_output(case / "output", config=case / "config.xml")[0].vertices("RBC"))
+    refused("nothing tells which positions are a cell",
+            lambda: packmesh.hemocell_output(case / "output", config=case / "config.xml")[0].vertices("RBC"))
 
 
 def test_unknown_template(case):
     vertices, triangles = sphere()
     Writer(case / "output").write(1000, {"RBC": (vertices[None] + MIDDLE, triangles, np.arange(1))})
-    refused("the cells RBC have 66 vertices; their template has 642; expected its XML file", lambda: packmesh.hemocell_output(case / "output")[0].packing())
+    refused("the cells RBC have 66 vertices; their template has 642; expected its XML file",
+            lambda: packmesh.hemocell_output(case / "output")[0].packing())
 
 
 def test_howto(step, case, monkeypatch):

@@ -15,9 +15,10 @@ import packmesh
 import packmesh._packmesh
 from conftest import PROGRAM, SOURCE, TUBE_CASE, refused, write_off
 from forked_commands import output_of
-from packmesh import render, scene, view
-from packmesh.packing_file import PackingFile
-from packmesh.picture import picture_of, points_on
+from packmesh.commands import render
+from packmesh.io.packing_file import PackingFile
+from packmesh.show import scene, view
+from packmesh.show.picture import points_on
 from write_run import Writer, sphere
 
 CENTERS = [(x, y, 9.75) for x in (0.5, 10.5, 20.5) for y in (6.5, 9.75, 13.0)]
@@ -38,7 +39,8 @@ def bent(name, seed):
 def write_run(folder, centers=CENTERS):
     red = np.array([bent("RBC", i) + center for i, center in enumerate(centers)])
     platelets = np.array([bent("PLT", 50 + i) + center for i, center in enumerate([(5.5, 9.75, 4.5), (15.5, 9.75, 4.5)])])
-    types = {"RBC": (red, template("RBC")[1], np.arange(len(red))), "PLT": (platelets, template("PLT")[1], len(red) + np.arange(2))}
+    types = {
+        "RBC": (red, template("RBC")[1], np.arange(len(red))), "PLT": (platelets, template("PLT")[1], len(red) + np.arange(2))}
     Writer(folder / "output", all_cells=len(red) + 2).write(1000, types)
     return packmesh.hemocell_output(folder / "output", config=folder / "config.xml")[-1]
 
@@ -100,8 +102,9 @@ def test_check_is_exact(state, case):
     gap = float(re.search(r"Minimum gap: ([\d.]+)", text).group(1))
     from scipy.spatial import cKDTree
     cells = [*packing.vertices("RBC"), *packing.vertices("PLT")]
-    nearest = min(cKDTree(a).query(b + shift)[0].min() for i, a in enumerate(cells) for b in cells[:i]
-                  for shift in ((0, 0, 0), (30, 0, 0), (-30, 0, 0)))
+    nearest = min(
+        cKDTree(a).query(b + shift)[0].min() for i, a in enumerate(cells) for b in cells[:i]
+        for shift in ((0, 0, 0), (30, 0, 0), (-30, 0, 0)))
     assert 0.5 * nearest < gap <= nearest + 1e-6
     # One cell is moved into its image, another one to the wall.
     moved = [list(center) for center in CENTERS]
@@ -185,7 +188,7 @@ def test_hematocrit_of_membranes(state, program):
     """Requests, summaries, reports and checks count the volumes of the membranes."""
     case, packing = state
     grown = []  # by a quarter of their volume
-    for name, shape in (("RBC", 1.25 ** (1 / 3)), ("PLT", 1.0)):
+    for name, shape in (("RBC", 1.25**(1 / 3)), ("PLT", 1.0)):
         own = packing.vertices(name)
         centers = own.mean(axis=1, keepdims=True)
         grown.append((name, *template(name), centers[:, 0], np.tile([0, 0, 0, 1.0], (len(own), 1)), shape * (own - centers)))
@@ -196,14 +199,15 @@ def test_hematocrit_of_membranes(state, program):
     _, text = program("check", *words, "--start", case / "grown.h5")
     lumen = float(re.search(r"Lumen volume: ([\d.e+]+) µm³", text).group(1))
     assert f"Hematocrit {volume / lumen:.4f} of the lumen, " in text
-    folder, text = program(*words, "--fixed", case / "grown.h5", "--hematocrit", 0.25, "--state", "grown.h5", "--report", "report.json",
-                           "--output-dir", ".", folder="grown")
+    folder, text = program(*words, "--fixed", case / "grown.h5", "--hematocrit", 0.25, "--state", "grown.h5", "--report",
+                           "report.json", "--output-dir", ".", folder="grown")
     cells = vertices_of(folder / "grown.h5", "RBC")
     reached = volumes_of(cells).sum() / lumen
     assert len(cells) > 12 and abs(reached - 0.25) < 0.6 * volumes_of(template("RBC")[0][None])[0] / lumen
     assert f"Hematocrit {reached:.4f} of the lumen, " in text
     report = json.loads((folder / "report.json").read_text())
-    assert report["species"][[one["name"] for one in report["species"]].index("RBC")]["volumeFraction"] == pytest.approx(reached, rel=1e-6)
+    assert report["species"][[one["name"]
+                              for one in report["species"]].index("RBC")]["volumeFraction"] == pytest.approx(reached, rel=1e-6)
     assert packmesh.load(folder / "grown.h5").hematocrit == pytest.approx(reached, rel=1e-6)
 
 
@@ -232,7 +236,8 @@ def test_self_intersections_are_found(crossed, program):
     text = checked(crossed, "crossed.h5", 4)
     assert "Overlapping pairs: 0" in text and "Cells that intersect themselves: 1" in text and "Verdict: not clean" in text
     assert re.search(r"crossed.h5: RBC 2: triangles \d+ and \d+ meet", text)
-    subprocess.run([PROGRAM, "check", *words, "--start", "crossed.h5", "--report", "found.json"], cwd=crossed, capture_output=True, check=False)
+    subprocess.run([PROGRAM, "check", *words, "--start", "crossed.h5", "--report", "found.json"], cwd=crossed,
+                   capture_output=True, check=False)
     assert json.loads((crossed / "found.json").read_text())["certificate"]["selfIntersecting"] == 1
     assert "Cells that intersect themselves: 0" in checked(crossed, "flowing.h5")
 
@@ -244,12 +249,18 @@ def test_self_intersections_are_not_packed(crossed, program):
     assert re.search(said, text) and "Certificate: clean" in text
     with h5py.File(folder / "state.h5") as file:
         assert file["species/0/membranes"].shape[0] == 8
-    folder, text = program("--cylinder", "x", 9, 30, "--ends", "periodic", "--blood", crossed / "crossed.h5", "--hematocrit", 0.15, "--output-dir", ".",
-                           folder="blood")
+    folder, text = program("--cylinder", "x", 9, 30, "--ends", "periodic", "--blood", crossed / "crossed.h5", "--hematocrit",
+                           0.15, "--output-dir", ".", folder="blood")
     assert re.search(said, text) and "Certificate: clean" in text
-    assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 30, "--ends", "periodic", "--start", folder / "state.h5")[1]
+    assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 30, "--ends", "periodic", "--start",
+                                       folder / "state.h5")[1]
     _, text = program(*words, "--fixed", crossed / "crossed.h5", "--hematocrit", 0.15, folder="fixed", code=2)
     assert "crossed.h5: 1 of its 9 cells 'RBC' intersects itself, the first is cell 2 near (" in text
+
+
+def picture_in(packing):
+    """Of a notebook."""
+    return re.search('src="([^"]+)"', packing._repr_html_())[1]
 
 
 def test_hematocrit_of_some_membranes(state, program):
@@ -257,12 +268,13 @@ def test_hematocrit_of_some_membranes(state, program):
     case, packing = state
     own = packing.vertices("RBC")
     centers = own.mean(axis=1, keepdims=True)
-    save_like(packing, case / "small.h5", centers + 0.6 ** (1 / 3) * (own - centers))
-    mixed, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "small.h5", "--rbc", 18, "--output-dir", ".", folder="mixed")
+    save_like(packing, case / "small.h5", centers + 0.6**(1 / 3) * (own - centers))
+    mixed, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "small.h5", "--rbc", 18, "--output-dir",
+                       ".", folder="mixed")
     one = volumes_of(template("RBC")[0][None])[0]
     for words, asked in (((), 0.3), (("--profile", "developed"), 0.2), (("--profile", "developed"), 0.3)):
-        folder, text = program("--cylinder", "x", 9, 60, "--ends", "periodic", "--blood", mixed / "state.h5", "--hematocrit", asked, *words,
-                               "--output-dir", ".", folder=f"blood{len(words)}")
+        folder, text = program("--cylinder", "x", 9, 60, "--ends", "periodic", "--blood", mixed / "state.h5", "--hematocrit",
+                               asked, *words, "--output-dir", ".", folder=f"blood{len(words)}")
         assert "Certificate: clean" in text
         reached = float(re.search(r"Hematocrit ([\d.]+) of the lumen by mesh volume", text).group(1))
         assert abs(reached - asked) < one / (np.pi * 81 * 60)
@@ -275,8 +287,8 @@ def test_hematocrit_of_some_membranes(state, program):
 def test_views_have_the_membranes(state, program, monkeypatch):
     """The page, the picture, the scene and trimesh have the meshes of the cells beside templates."""
     case, packing = state
-    folder, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "flowing.h5", "--rbc", 11, "--state", "cells.h5",
-                        "--report", "report.json", "--output-dir", ".", folder="views")
+    folder, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "flowing.h5", "--rbc", 11, "--state",
+                        "cells.h5", "--report", "report.json", "--output-dir", ".", folder="views")
     file = PackingFile(str(folder / "cells.h5"))
     kind = [kind.name for kind in file.kinds].index("RBC")
     cells = file.of(kind)
@@ -305,8 +317,9 @@ def test_views_have_the_membranes(state, program, monkeypatch):
     for vertex in meshes[8][[0, 300]]:
         assert "<" + ",".join(f"{x:.7g}" for x in vertex) + ">" in text
     loaded = packmesh.load(folder / "cells.h5")
-    assert loaded.deformed and picture_of(loaded) != picture_of(packmesh.pack(case=case / "config.xml", ends="periodic", start={
-        name: loaded.pos_lines(name) for name in ("RBC", "PLT")}, best_effort=True))
+    assert loaded.deformed and picture_in(loaded) != picture_in(
+        packmesh.pack(case=case / "config.xml", ends="periodic", start={
+            name: loaded.pos_lines(name) for name in ("RBC", "PLT")}, best_effort=True))
 
 
 def test_blood(state, program):
@@ -323,10 +336,12 @@ def test_blood(state, program):
     added = int(re.search(r"RBC: 18 repeated cells of .*, (\d+) more with its meshes, 0 with the template", text).group(1))
     assert added > 10 and len(vertices_of(dense / "state.h5", "RBC")) == 18 + added
     assert len(vertices_of(dense / "state.h5", "PLT")) == round((18 + added) * 4 / 18)  # as many per red cell as in the piece
-    assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start", dense / "state.h5")[1]
+    assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start",
+                                       dense / "state.h5")[1]
     # A pipe of 1.9 periods: both pieces are there, nearer to each other; cells that overlap then come back first.
     _, text = program("--cylinder", "x", 9, 57, *words, "--rbc", 18, "--plt", 4, folder="shorter")
-    assert re.search(r"RBC: 18 repeated cells of .*, 0 more with its meshes, 0 with the template", text) and "Certificate: clean" in text
+    assert re.search(r"RBC: 18 repeated cells of .*, 0 more with its meshes, 0 with the template",
+                     text) and "Certificate: clean" in text
     # Another axis, a wider pipe: the cells are turned with it.
     _, text = program("--cylinder", "z", 14, 45, *words, "--hematocrit", 0.2, folder="wider")
     assert "Certificate: clean" in text and "whose walls are repeated inside it" in text
@@ -371,14 +386,16 @@ def test_files_of_an_earlier_packing(state, program):
     program(case / "config.xml", *rigid, "--seed", 3, folder="before")
     assert (case / "RBC.pos").exists() and (case / "PLT.pos").exists()
     old = (case / "RBC.pos").read_bytes()
-    _, text = program(case / "config.xml", "--ends", "periodic", "--blood", case / "red.h5", "--rbc", 9, "--plt", 4, folder="after")
+    _, text = program(case / "config.xml", "--ends", "periodic", "--blood", case / "red.h5", "--rbc", 9, "--plt", 4,
+                      folder="after")
     assert re.search(r"RBC.pos is of an earlier packing: renamed to .*RBC.pos.old", text)
     assert not (case / "RBC.pos").exists() and (case / "RBC.pos.old").read_bytes() == old
     assert (case / "state.h5").exists() and (case / "PLT.pos").exists()
     _, text = program("check", case / "config.xml", "--ends", "periodic", folder="checked")
     assert "two runs" not in text
     (case / "RBC.pos").write_bytes(old)
-    done = subprocess.run([PROGRAM, "check", case / "config.xml", "--ends", "periodic"], capture_output=True, text=True, check=False)
+    done = subprocess.run([PROGRAM, "check", case / "config.xml", "--ends", "periodic"], capture_output=True, text=True,
+                          check=False)
     assert re.search(r"files of two runs: PLT.pos was written together with .*state.h5, RBC.pos not", done.stderr)
 
 
@@ -386,11 +403,13 @@ def test_tiles_of_deformed_cells(state, program):
     """A repeated box of blood: the state is that of the result."""
     case, _ = state
     for option in ("--blood", "--start"):
-        folder, text = program(30, 24, 24, "--ends", "periodic", option, case / "flowing.h5", "--tile", 2, 1, 1, folder=option[2:])
+        folder, text = program(30, 24, 24, "--ends", "periodic", option, case / "flowing.h5", "--tile", 2, 1, 1,
+                               folder=option[2:])
         assert "Certificate: clean" in text and "periodic box 60 x 24 x 24" in text
         one = int(re.search(r"RBC: (\d+) \(", text).group(1))
         assert len(vertices_of(folder / "state.h5", "RBC")) == 2 * one
-        assert "Verdict: clean" in program("check", "--box", 60, 24, 24, "--ends", "periodic", "--start", folder / "state.h5")[1]
+        assert "Verdict: clean" in program("check", "--box", 60, 24, 24, "--ends", "periodic", "--start",
+                                           folder / "state.h5")[1]
 
 
 def test_no_command(state, program):
@@ -405,15 +424,17 @@ def test_load(state, tmp_path, caplog):
     case, packing = state
     file = shutil.move(case / "flowing.h5", tmp_path / "flowing.h5")
     loaded = packmesh.load(file)
-    assert isinstance(loaded, packmesh.DeformedPacking) and loaded.counts == packing.counts and loaded.step is None
+    assert isinstance(loaded, packmesh.DeformedPacking) and loaded.counts == packing.counts
     for one in (loaded, pickle.loads(pickle.dumps(loaded))):
         for name in ("RBC", "PLT"):
             np.testing.assert_allclose(one.vertices(name), packing.vertices(name), rtol=0, atol=1e-9)
             np.testing.assert_allclose(one.pos_lines(name), packing.pos_lines(name), rtol=0, atol=1e-6)
         assert one.check() == packmesh.DeformedCheck([], None, []) == packmesh.check(file)
-    refused("write_pos: RBC.pos and PLT.pos are not written: .*undeformed=True writes the rigid fits", lambda: loaded.write_pos(tmp_path / "pos"))
+    refused("write_pos: RBC.pos and PLT.pos are not written: .*undeformed=True writes the rigid fits",
+            lambda: loaded.write_pos(tmp_path / "pos"))
     assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl"])] == ["cells.stl"] and not caplog.messages
-    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"], undeformed=True)][:2] == ["RBC.pos", "PLT.pos"]
+    assert [path.name for path in loaded.write_pos(tmp_path / "pos", export=["stl", "csv"], undeformed=True)
+            ][:2] == ["RBC.pos", "PLT.pos"]
     assert "# period: 30 0 0\n" in (tmp_path / "pos/cells.csv").read_text() and len(caplog.messages) == 1
     assert packmesh.pack(cylinder=("x", 9, 30), ends="periodic", fixed=loaded, best_effort=True).deformed
     assert packmesh.pack(cylinder=("x", 9, 60), ends="periodic", blood=loaded).counts["RBC"] == 18
@@ -442,7 +463,8 @@ def test_pictures_and_pages_of_a_run(state, monkeypatch):
     monkeypatch.setattr("sys.argv", ["packmesh view", "flowing.h5", "--page", "page.html"])
     view.main()
     report = json.loads(re.search(r'id="report">(.*?)</script>', (case / "page.html").read_text())[1])
-    assert report["title"] == "Cells of a run of HemoCell" and report["subtitle"] == "flowing.h5, iteration 1000, cells as they were"
+    assert report["title"] == "Cells of a run of HemoCell" and report[
+        "subtitle"] == "flowing.h5, iteration 1000, cells as they were"
     assert [one["placed"] for one in report["species"]] == [9, 2]
     checked(case, "flowing.h5")
 
@@ -467,8 +489,10 @@ def test_refusals(state, program):
         assert "'RBC' have meshes of their own whose triangles are not those of the template" in text and "flowing.h5" in text
     _, text = program(60, 60, 60, "--blood", case / "no.h5", folder="other", code=2)
     assert "no.h5: no such file" in text
-    with pytest.raises(packmesh.InputError, match="blood: expected a state file, the output folder of a run, a run or a step of one, or a packing "
-                       "with deformed cells, found 3"):
+    with pytest.raises(
+            packmesh.InputError,
+            match="blood: expected a state file, the output folder of a run, a run or a step of one, or a packing "
+            "with deformed cells, found 3"):
         packmesh.pack(box=(60, 60, 60), blood=3)
 
 
@@ -490,11 +514,14 @@ def test_runs_are_their_last_steps(state, caplog):
     assert fixed.counts == cells.counts
     np.testing.assert_allclose(fixed.vertices("RBC"), cells.vertices("RBC"), rtol=0, atol=1e-9)
     assert not [text for text in caplog.messages if "without the case" in text]  # the lumen is that of the packing
-    with pytest.raises(packmesh.InputError, match="start: expected files, .* a Packing or its cells of a species, a run or a step of one, found a list with 3"):
+    with pytest.raises(
+            packmesh.InputError,
+            match="start: expected files, .* a Packing or its cells of a species, a run or a step of one, found a list with 3"):
         packmesh.pack(case=case / "config.xml", start=[3])
     caplog.clear()
     packmesh.pack(blood=run, cylinder=("x", 9, 60), ends="periodic")
-    assert sum("without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text for text in caplog.messages) == 1
+    assert sum("without the case (config, --case) the lumen is taken to be a box of 30 x 20 x 20 µm" in text
+               for text in caplog.messages) == 1
 
 
 def test_pos_files_of_deformed_cells(state, caplog):
@@ -511,7 +538,9 @@ def test_pos_files_of_deformed_cells(state, caplog):
     assert f"RBC.pos and PLT.pos are not written: they {told}" in caplog.messages
     red = {"RBC": (step.vertices("RBC"), step.triangles("RBC"), np.arange(9))}
     Writer(case / "red/output", all_cells=9).write(0, red)
-    packed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=packmesh.hemocell_output(case / "red/output"), species={"PLT": 4})
+    packed = packmesh.pack(case=case / "config.xml", ends="periodic", fixed=packmesh.hemocell_output(case / "red/output"),
+                           species={"PLT": 4})
     caplog.clear()
-    assert [path.name for path in packed.write_pos(case / "some")] == ["PLT.pos"] and f"RBC.pos is not written: it {told}" in caplog.messages
+    assert [path.name for path in packed.write_pos(case / "some")] == [
+        "PLT.pos"] and f"RBC.pos is not written: it {told}" in caplog.messages
     assert len(packmesh.read_pos(case / "some/PLT.pos")) == 4

@@ -29,7 +29,8 @@ def test_howto(page, least, tmp_path, monkeypatch, pipe):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["cylinder/RBC.pos", "cylinder/cells.h5"]), ("vessel", 2, ["vessel-*/case/case.cpp"])])
+@pytest.mark.parametrize("name, pictures, written", [("packing", 2, ["cylinder/RBC.pos", "cylinder/cells.h5"]),
+                                                     ("vessel", 2, ["vessel-*/case/case.cpp"])])
 def test_notebook(name, pictures, written, tmp_path):
     """Beside what the other one, and this one before, have written."""
     if name == "packing":
@@ -45,8 +46,8 @@ def test_notebook(name, pictures, written, tmp_path):
         settings = traitlets.Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/s"}})
         # Time limits [s] that a loaded machine does not reach: of a cell, of the kernel's start, of its output's arrival.
         for _ in range(2):
-            nbclient.NotebookClient(notebook, timeout=1200, startup_timeout=1200, iopub_timeout=1200, kernel_name="python3", config=settings,
-                                    resources={"metadata": {"path": str(tmp_path)}}).execute()
+            nbclient.NotebookClient(notebook, timeout=1200, startup_timeout=1200, iopub_timeout=1200, kernel_name="python3",
+                                    config=settings, resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert not [output for output in outputs if output.output_type == "error"]
     assert sum("image/png" in output.get("data", {}) for output in outputs) == pictures

@@ -13,14 +13,15 @@ import packmesh
 import packmesh._packmesh
 import pytest
 from conftest import run_program, write_off
-from packmesh import vtp
-from packmesh.formats import vtk
+from packmesh.export import vtk
+from packmesh.io import vtp
 from scipy.spatial.transform import Rotation
 
 EXACT = 1e-9  # text with all digits, after rotations [µm]
 SINGLE = 1e-5  # single precision, at positions below 60 µm
-ALL = [word for name in ("csv", "csv", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "espresso",
-                                         "stl") for word in ("--export", name)]
+ALL = [
+    word for name in ("csv", "csv", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "espresso", "stl")
+    for word in ("--export", name)]
 
 
 @functools.lru_cache(maxsize=None)
@@ -69,8 +70,9 @@ def read_csv(folder):
         cell, species, *values = line.split(",")
         assert int(cell) == number
         values = np.array(values, float)
-        membranes.setdefault(species, []).append(
-            turned(*values[3:], read_off(folder / f"{species}_template.off")[0]) + values[:3])
+        membranes.setdefault(species,
+                             []).append(turned(*values[3:],
+                                               read_off(folder / f"{species}_template.off")[0]) + values[:3])
     return [np.array(head[key].split(), float) for key in ("box", "period")], membranes
 
 
@@ -80,7 +82,8 @@ def read_mirheo(folder, name, domain):
     vertices, _ = read_off(folder / f"{name}_template.off")
     rows = np.loadtxt(folder / f"{name}.com_q.txt", ndmin=2)
     assert rows.shape[1] == 7
-    assert np.all(rows[:, :3].astype(np.float32) >= 0) and np.all(rows[:, :3].astype(np.float32) < np.asarray(domain, np.float32))
+    assert np.all(rows[:, :3].astype(np.float32) >= 0) and np.all(
+        rows[:, :3].astype(np.float32) < np.asarray(domain, np.float32))
     return [turned(*row[3:], vertices) + row[:3] for row in rows]
 
 
@@ -150,8 +153,11 @@ def require_same(found, expected, tolerance, period=(0, 0, 0)):
         assert one.shape == other.shape and np.linalg.norm(one - other - shift, axis=1).max() < tolerance
 
 
-@pytest.fixture(scope="module", params=[(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
-                                        (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")])
+BOXES = [(("17", "18", "19", "--ends", "periodic"), (17, 18, 19), (17, 18, 19), "p p p"),
+         (("--cylinder", "y", "8", "24", "--ends", "periodic"), (16, 24, 16), (0, 24, 0), "f p f")]
+
+
+@pytest.fixture(scope="module", params=BOXES)
 def packed(request, tmp_path_factory):
     """Several species with all formats that take any cells: folder, templates, low and high corner, period, boundary."""
     lumen, high, period, boundary = request.param
@@ -160,8 +166,9 @@ def packed(request, tmp_path_factory):
     raw, _ = odd_mesh(4)
     write_off(folder / "odd.off", odd, triangles)
     write_off(folder / "raw.off", raw, triangles)
-    run_program(folder, *lumen, *"--rbc 7 --plt 4 --wbc 1 --cell-mesh Odd 4 odd.off --cell-mesh Raw 5 raw.off "
-                "--mesh-frame Raw file --report report.json --state s.h5".split(), *ALL)
+    run_program(
+        folder, *lumen, *"--rbc 7 --plt 4 --wbc 1 --cell-mesh Odd 4 odd.off --cell-mesh Raw 5 raw.off "
+        "--mesh-frame Raw file --report report.json --state s.h5".split(), *ALL)
     state = packmesh.load(folder / "s.h5")
     meshes = {name: state.template(name) for name in state.species_names}
     assert abs(meshes["Raw"][0] - centred(raw)).max() < EXACT
@@ -279,8 +286,9 @@ def test_npfem_reads_its_own_templates_at_the_packed_places(program, tmp_path):
     for name, mesh in zip(("rbc", "plt"), own):
         write_off(where / f"{name}.off", *mesh)
     for lumen in ("18 18 18 --walls xyz", "--cylinder z 8 18"):
-        folder, _ = program(*lumen.split(), *"--cell-mesh PLT 5 plt.off --mesh-frame PLT file --cell-mesh RBC 9 rbc.off "
-                            "--mesh-frame RBC file --export npfem".split())
+        folder, _ = program(
+            *lumen.split(), *"--cell-mesh PLT 5 plt.off --mesh-frame PLT file --cell-mesh RBC 9 rbc.off "
+            "--mesh-frame RBC file --export npfem".split())
         found = read_npfem(folder, [vertices for vertices, _ in own])
         for membranes, name, (vertices, _) in zip(found, ("RBC", "PLT"), own):
             # Single precision of the angles turns vertices 40 µm from the origin.
@@ -340,13 +348,16 @@ def test_exports_of_files_and_of_states_are_those_of_the_packing(program, tmp_pa
     assert np.allclose(np.loadtxt(folder / "RBC_origin_rotate.dat"), poses, atol=1e-13)
     for file in exact[1:2]:
         assert file.read_bytes() == before[file]
-    from packmesh import export, packing_file
+    from packmesh.export import formats as export
+    from packmesh.io import packing_file
     export.write(export.exported(packing_file.PackingFile(str(folder / "s.h5")), formats), str(tmp_path / "state"))
     for file in exact:
         if file.name != "cells.stl":
             assert (tmp_path / "state" / file.name).read_bytes() == before[file], file.name
-    assert abs(read_stl(tmp_path / "state/cells.stl") - np.frombuffer(before[exact[4]], np.dtype(
-        [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]), offset=84)["c"]).max() < SINGLE
+    assert abs(
+        read_stl(tmp_path / "state/cells.stl")
+        - np.frombuffer(before[exact[4]], np.dtype([("n", "<f4", 3), ("c", "<f4",
+                                                                      (3, 3)), ("a", "<u2")]), offset=84)["c"]).max() < SINGLE
     assert np.allclose(np.loadtxt(tmp_path / "state/RBC_origin_rotate.dat"), poses, atol=1e-13)
 
 
@@ -357,7 +368,8 @@ def surface_file(file, triangles, appended):
     if appended:
         raw = b""
         for found in re.findall(rb">\n([\w+/=]+)\n</DataArray>", text):
-            text = text.replace(b'format="binary">\n' + found + b"\n</DataArray>", b'format="appended" offset="%d"/>' % len(raw), 1)
+            text = text.replace(b'format="binary">\n' + found + b"\n</DataArray>",
+                                b'format="appended" offset="%d"/>' % len(raw), 1)
             raw += base64.b64decode(found)
         text = text.replace(b"</VTKFile>", b'<AppendedData encoding="raw">\n_' + raw + b"\n</AppendedData>\n</VTKFile>")
     file.write_bytes(text)
@@ -371,7 +383,8 @@ def test_surfaces_are_read_from_vtk_files_also_of_earlier_versions(count, append
     points, numbers = surface_file(tmp_path / "a.vtp", triangles, appended)
     assert (b"AppendedData" in (tmp_path / "a.vtp").read_bytes()) == appended
     found = vtp.read(tmp_path / "a.vtp")
-    assert np.array_equal(found.points, points) and np.array_equal(found.triangles, triangles) and found.data == {"object": numbers.tolist()}
+    assert np.array_equal(found.points, points) and np.array_equal(found.triangles, triangles) and found.data == {
+        "object": numbers.tolist()}
 
 
 def test_vtk_files_are_written_in_pieces():
@@ -380,7 +393,8 @@ def test_vtk_files_are_written_in_pieces():
     pieces = [bytes(range(size % 256)) * (size // 100 + 1) for size in sizes]
     assert base64.b64decode(b"".join(vtk.base64(pieces)), validate=True) == b"".join(pieces)
     rows = [np.arange(size) for size in sizes]
-    written = list(vtk.polydata("", [vtk.Array("data", "id", "<i4", 1, sum(sizes), lambda: rows)], sum(sizes), verts=sum(sizes)).pieces())
+    written = list(
+        vtk.polydata("", [vtk.Array("data", "id", "<i4", 1, sum(sizes), lambda: rows)], sum(sizes), verts=sum(sizes)).pieces())
     assert len(written) > len(sizes) and max(map(len, written)) <= 4 * 1000 * 4 // 3 + 8
 
 

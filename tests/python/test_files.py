@@ -10,7 +10,7 @@ from conftest import assert_same_cells, needs_cat, refused
 
 import packmesh
 from packmesh import Species
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
 
 PACKINGS = {
     "box": dict(box=(20, 20, 20), hematocrit=0.3),
@@ -18,8 +18,7 @@ PACKINGS = {
     "cat": dict(cylinder=("x", 6, 20), species={"RBC": 5}, method="cat"),
     "section": dict(box=(20, 20, 20), species={"Disc": Species(count=5, ellipsoid=(6, 6, 2)), "RBC": Species(count=9)},
                     obstacles=[packmesh.Sphere(3, (10, 10, 10))]),
-    "fewer": dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40, best_effort=True),
-}
+    "fewer": dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40, best_effort=True), }
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=needs_cat) if name == "cat" else name for name in PACKINGS])
@@ -55,7 +54,8 @@ def of_vertices(box):
     return packmesh.packing_of({"RBC": packmesh.pack(**box, hematocrit=0.73, platelets=0, soft=True).vertices("RBC")}, **box)
 
 
-@pytest.mark.parametrize("made", [of_lines, lambda box: packmesh.pack(**box, hematocrit=0.73, soft=True, platelets=0), of_vertices])
+@pytest.mark.parametrize("made",
+                         [of_lines, lambda box: packmesh.pack(**box, hematocrit=0.73, soft=True, platelets=0), of_vertices])
 def test_what_is_saved_is_what_was_certified(made, tmp_path):
     """Bit for bit, also of what was loaded, pickled, completed, and of files that other programs are given."""
     packing = made(dict(box=(10, 10, 10), ends="periodic"))
@@ -136,10 +136,12 @@ def test_state_while_packing(tmp_path):
 def given_as_arrays(tube, what):
     """Arguments of pack() with arrays or a packing."""
     rod = (tube[0] / 8, tube[1])
-    return {"vessel": lambda: dict(vessel=tube, hematocrit=0.2),
-            "mesh": lambda: dict(box=(20, 20, 20), species={"Rod": Species(count=4, mesh=rod, mesh_frame="file"), "RBC": 5}),
-            "fixed": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, fixed={"RBC": [[10, 10, 10, 0, 0, 0]]}),
-            "start": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, start=packmesh.pack(box=(20, 20, 20), species={"RBC": 8}))}[what]()
+    return {
+        "vessel": lambda: dict(vessel=tube, hematocrit=0.2),
+        "mesh": lambda: dict(box=(20, 20, 20), species={"Rod": Species(count=4, mesh=rod, mesh_frame="file"), "RBC": 5}),
+        "fixed": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, fixed={"RBC": [[10, 10, 10, 0, 0, 0]]}),
+        "start": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, start=packmesh.pack(box=(20, 20, 20), species={"RBC": 8}))
+    }[what]()
 
 
 @pytest.mark.parametrize("what", ["vessel", "mesh", "fixed", "start"])
@@ -179,13 +181,18 @@ def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypat
 
 def test_arrays_are_named_in_messages(tube):
     vertices, triangles = tube
-    for vessel, text in (((vertices, np.array([*triangles[:17], [0, 1, 99999]])), f"^vessel: triangles\\[17\\]: vertex 99999 of {len(vertices)}$"),
-                         ((np.array([*vertices[:3], [0, np.nan, 0], *vertices[4:]]), triangles), "^vessel: vertices\\[3\\]: expected finite numbers")):
+    for vessel, text in (((vertices, np.array([*triangles[:17],
+                                               [0, 1,
+                                                99999]])), f"^vessel: triangles\\[17\\]: vertex 99999 of {len(vertices)}$"),
+                         ((np.array([*vertices[:3], [0, np.nan, 0],
+                                     *vertices[4:]]), triangles), "^vessel: vertices\\[3\\]: expected finite numbers")):
         refused(text, lambda: packmesh.pack(vessel=vessel, hematocrit=0.2))
     with pytest.raises(packmesh.InputError, match='^cell .Rod.: species\\["Rod"\\]: triangles\\[1\\]: vertex 7 of 3$'):
         packmesh.pack(box=(20, 20, 20), species={"Rod": Species(count=2, mesh=(np.eye(3), [[0, 1, 2], [0, 1, 7]]))})
     with pytest.raises(packmesh.InputError, match="^obstacles\\[1\\]: triangles\\[0\\]: vertex -1 of 3$"):
-        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, obstacles=[packmesh.Sphere(1, (3, 3, 3)), packmesh.Mesh((np.eye(3), [[0, 1, -1]]))])
+        packmesh.pack(box=(20, 20, 20), hematocrit=0.1,
+                      obstacles=[packmesh.Sphere(1, (3, 3, 3)),
+                                 packmesh.Mesh((np.eye(3), [[0, 1, -1]]))])
     with pytest.raises(packmesh.InputError, match="^start: the cells 'RBC': row 1: expected finite numbers$"):
         packmesh.pack(box=(20, 20, 20), species={"RBC": 4}, start={"RBC": [[5, 5, 5, 0, 0, 0], [9, np.inf, 9, 0, 0, 0]]})
 
@@ -223,11 +230,13 @@ def test_no_output_replaces_a_file_that_was_read(tmp_path, tube):
     mesh = tmp_path / "cells.stl"
     corners = np.asarray(vertices)[np.asarray(triangles)]
     mesh.write_text("solid tube\n" + "".join(
-        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in facet.tolist()) +
-        "endloop\nendfacet\n" for facet in corners) + "endsolid tube\n")
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x!r} {y!r} {z!r}\n"
+                                                     for x, y, z in facet.tolist()) + "endloop\nendfacet\n"
+        for facet in corners) + "endsolid tube\n")
     before = mesh.read_text()
     packing = packmesh.pack(vessel=mesh, scale=1.5, open_axis="x", species={"RBC": 2})
-    refused("cells.stl: is read by this run and would be overwritten", lambda: packing.write_pos(tmp_path, export=["stl"]), packmesh.OutputError)
+    refused("cells.stl: is read by this run and would be overwritten", lambda: packing.write_pos(tmp_path, export=["stl"]),
+            packmesh.OutputError)
     packing.write_pos(tmp_path / "elsewhere", export=["stl"])
     assert mesh.read_text() == before and not (tmp_path / "RBC.pos").exists()
     packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).write_pos(tmp_path)

@@ -17,11 +17,17 @@ CODES = {0, 1, 2, 3, 5, 69}
 VALUES = ["inf", "-inf", "nan", "1e300", "1e-300", "0", "-1", "", "x", "9" * 400, "\u0663", "1,2", "=1"]
 VERTICES, TRIANGLES = sphere(1)
 #: Of HDF5: tables and attributes of another kind.
-TABLES = [lambda table: np.float64(1), lambda table: "text", lambda table: h5py.Empty("f8"), lambda table: np.zeros((0,)), lambda table: np.asarray(table)[:1],
-          lambda table: np.asarray(table) * 0, lambda table: np.full(np.shape(table), np.nan), lambda table: np.full(np.shape(table), 1e300),
-          lambda table: np.full(np.shape(table), -1), lambda table: np.asarray(table).ravel(), lambda table: np.full(np.shape(table), b"x"),
-          lambda table: np.asarray(table)[..., None], lambda table: np.full(np.shape(table), np.inf), lambda table: np.asarray(table).astype("f4")]
-PARTS = [None, "", "x", -1, 0, 1e300, 10 ** 30, 10 ** 400, [], {}, True, [[[]]], float("nan"), float("inf"), {"name": "=1"}, [1, "a"]]
+TABLES = [
+    lambda table: np.float64(1), lambda table: "text", lambda table: h5py.Empty("f8"), lambda table: np.zeros(
+        (0, )), lambda table: np.asarray(table)[:1], lambda table: np.asarray(table) * 0,
+    lambda table: np.full(np.shape(table), np.nan), lambda table: np.full(np.shape(table), 1e300),
+    lambda table: np.full(np.shape(table), -1), lambda table: np.asarray(table).ravel(),
+    lambda table: np.full(np.shape(table), b"x"), lambda table: np.asarray(table)[..., None],
+    lambda table: np.full(np.shape(table), np.inf), lambda table: np.asarray(table).astype("f4")]
+PARTS = [
+    None, "", "x", -1, 0, 1e300, 10**30, 10**400, [], {}, True, [[[]]],
+    float("nan"),
+    float("inf"), {"name": "=1"}, [1, "a"]]
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +45,9 @@ def inputs(tmp_path_factory):
     packing.write_report(folder / "report.json")
     packing.write_report(folder / "other.json")
     packing.write_vtp(folder / "vtp")
-    (folder / "realisations.csv").write_text("realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s\n"
-                                             "1,5,certified,10,0.4,0.01,,12,0.1,0.2\n2,6,failed,,,,,,,\n")
+    (folder / "realisations.csv").write_text(
+        "realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s\n"
+        "1,5,certified,10,0.4,0.01,,12,0.1,0.2\n2,6,failed,,,,,,,\n")
     with h5py.File(folder / "cat.h5", "w") as file:
         for i, kind in enumerate(("container", "object", "cell")):
             file[f"meshes/{i}/vertices"], file[f"meshes/{i}/triangles"] = VERTICES, TRIANGLES
@@ -48,13 +55,15 @@ def inputs(tmp_path_factory):
     (folder / "frames").mkdir()
     with h5py.File(folder / "frames/state_000000.h5", "w") as file:
         file["species/0/vertices"], file["species/0/triangles"] = VERTICES, TRIANGLES
-        for name, value in (("species", [0, 0]), ("scale", [1.0, 0.5]), ("position", np.eye(3)[:2]), ("orientation", np.eye(4)[:2])):
+        for name, value in (("species", [0, 0]), ("scale", [1.0,
+                                                            0.5]), ("position", np.eye(3)[:2]), ("orientation", np.eye(4)[:2])):
             file["cells/" + name] = value
     writer = Writer(folder / "run", blocks=(2, 1, 1), csv=True)
     cells = VERTICES * 2 + np.random.default_rng(0).uniform(4, 16, (4, 1, 3))
     for iteration in (100, 200):
         at = cells + iteration / 400
-        writer.write(iteration, {"RBC": (at, TRIANGLES, np.arange(4))}, {"RBC": at * 1e-12}, velocity=lambda places: places * 1e-6)
+        writer.write(iteration, {"RBC": (at, TRIANGLES, np.arange(4))}, {"RBC": at * 1e-12},
+                     velocity=lambda places: places * 1e-6)
     template, corners = packing.template("PLT")
     Writer(folder / "platelets", blocks=(2, 1, 1)).write(100, {"PLT": (template + cells[:, :1], corners, np.arange(4))})
     return folder
@@ -79,7 +88,10 @@ def changed_hdf5(random_, path):
             value = holder.attrs[name]
             del holder.attrs[name]
             if random_.random() < 0.8:
-                holder.attrs[name] = random_.choice(["text", "", 0, -1, 7, 1e300, np.nan, np.inf, h5py.Empty("f8"), [], np.ravel(value)[:1], b"\xff", [[1, 2]]])
+                holder.attrs[name] = random_.choice([
+                    "text", "", 0, -1, 7, 1e300, np.nan, np.inf,
+                    h5py.Empty("f8"), [],
+                    np.ravel(value)[:1], b"\xff", [[1, 2]]])
             return
         name = random_.choice(tables).name
         table = file[name][()]
@@ -116,7 +128,9 @@ def changed_text(random_, path):
 
 
 def change(random_, path):
-    how = {".h5": [changed_hdf5, changed_hdf5, flipped], ".json": [changed_json], ".csv": [changed_text, flipped], ".vtp": [flipped]}[path.suffix]
+    how = {
+        ".h5": [changed_hdf5, changed_hdf5, flipped], ".json": [changed_json], ".csv": [changed_text, flipped],
+        ".vtp": [flipped]}[path.suffix]
     random_.choice(how)(random_, path)
 
 
@@ -135,8 +149,7 @@ FILES = {
     "cat-cells": ("cat-cells cat.h5 a.obj b.ply c.vtp", "cat.h5", 30),
     "growth-frames": ("growth-frames frames", "frames/*.h5", 30),
     "render": ("render vtp --scene scene.pov", "vtp/*.vtp", 30),
-    "render.state": ("render cells.h5 --scene scene.pov", "cells.h5", 30),
-}
+    "render.state": ("render cells.h5 --scene scene.pov", "cells.h5", 30), }
 
 
 def require_documented(found, words):
@@ -165,7 +178,8 @@ def test_files(name, inputs, commands, tmp_path):
 
 #: Options with a number, and other words of the command.
 OPTIONS = {
-    "make-cell sickle out.stl": ["--length", "--volume", "--triangles"], "make-cell discocyte out.stl --triangles 80": ["--length", "--volume"],
+    "make-cell sickle out.stl": ["--length", "--volume",
+                                 "--triangles"], "make-cell discocyte out.stl --triangles 80": ["--length", "--volume"],
     "make-vessel bend out.stl --spacing 4": ["--radius", "--length"], "make-vessel stenosis out.stl": ["--spacing"],
     "render cells.h5 --scene scene.pov": ["--max-gap", "--azimuth", "--elevation", "--turntable", "--clip", "--size", "--show"],
     "run run --no-page --no-overlaps": ["--from", "--to", "--every", "--near-wall"], "export run --format csv": ["--step"],
@@ -177,5 +191,6 @@ def test_options(words, inputs, commands, tmp_path):
     folder = shutil.copytree(inputs, tmp_path / "copy")
     for option in OPTIONS[words]:
         for value in VALUES:
-            all_words = words.split() + ([f"{option}={value}"] if option and not words.startswith("render") else [option, value] if option else [value])
+            all_words = words.split() + ([f"{option}={value}"] if option and not words.startswith("render") else
+                                         [option, value] if option else [value])
             require_documented(commands.run(all_words, folder), all_words)

@@ -40,15 +40,17 @@ def matched(found, expected, period=(30, 0, 0)):
     shifts = found.mean(axis=1)[:, None] - expected.mean(axis=1)[None]
     wraps = np.array([np.round(shifts[..., k] / p) * p if p else 0 * shifts[..., k] for k, p in enumerate(period)])
     shifts -= np.moveaxis(wraps, 0, 2)
-    nearest = np.argmin((shifts ** 2).sum(axis=2), axis=1)
+    nearest = np.argmin((shifts**2).sum(axis=2), axis=1)
     assert sorted(nearest) == list(range(len(expected)))
     moved = wraps[:, np.arange(len(found)), nearest].T
     np.testing.assert_allclose(found - moved[:, None], expected[nearest], atol=2e-5)
     return nearest
 
 
-@pytest.mark.parametrize("si, datasets, fluid, csv", itertools.product(
-    (True, False), (EVERY_ID, ("Position", "Triangles"), ("Position", "Vertex Id"), ("Position", "Cell Id")), (True, False), (True, False)))
+OUTPUTS = (EVERY_ID, ("Position", "Triangles"), ("Position", "Vertex Id"), ("Position", "Cell Id"))
+
+
+@pytest.mark.parametrize("si, datasets, fluid, csv", itertools.product((True, False), OUTPUTS, (True, False), (True, False)))
 def test_cells(tmp_path, si, datasets, fluid, csv):
     """In metres and lattice units, with and without ids, triangles, fluid and tables."""
     written(tmp_path, si=si, datasets=datasets, fluid=fluid, csv=csv)
@@ -87,8 +89,9 @@ def test_blocks(tmp_path, blocks):
 
 def test_periodic_along_three_axes(tmp_path):
     """Cells at edges and corners have up to eight images."""
-    cells = np.array([VERTICES @ (rotation(i) @ np.diag((4, 3, 1.2))).T + corner
-                      for i, corner in enumerate(itertools.product((0.1, 15, 29.5), (0.2, 10, 19.4), (0.3, 10, 19.5)))])
+    cells = np.array([
+        VERTICES @ (rotation(i) @ np.diag((4, 3, 1.2))).T + corner
+        for i, corner in enumerate(itertools.product((0.1, 15, 29.5), (0.2, 10, 19.4), (0.3, 10, 19.5)))])
     written(tmp_path, types={"RBC": (cells, TRIANGLES, np.arange(27))}, periodic=(True, True, True))
     for config in ({}, {"period": (30, 20, 20)}):
         step = packmesh.hemocell_output(tmp_path, **config)[0]
@@ -140,7 +143,8 @@ def test_ids_too_large(tmp_path):
     written(tmp_path, types=huge, all_cells=1 << 25, csv=True)
     np.testing.assert_array_equal(packmesh.hemocell_output(tmp_path)[0].ids("RBC"), (1 << 24) + np.arange(40))
     shutil.rmtree(tmp_path / "csv")
-    refused(r"RBC.000000001000.p.0.h5: has ids beyond 16777216, which are not exact", lambda: packmesh.hemocell_output(tmp_path)[0].ids("RBC"))
+    refused(r"RBC.000000001000.p.0.h5: has ids beyond 16777216, which are not exact",
+            lambda: packmesh.hemocell_output(tmp_path)[0].ids("RBC"))
 
 
 def test_pre_inlet(tmp_path):
@@ -176,12 +180,14 @@ def test_domain_fed_by_a_pre_inlet(tmp_path):
 
 @pytest.mark.parametrize("si", (True, False))
 def test_forces(tmp_path, si):
-    forces = {name: np.random.default_rng(3).normal(size=vertices.shape) * (1e-12 if si else 1e-3) for name, (vertices, _, _) in TYPES.items()}
+    forces = {
+        name: np.random.default_rng(3).normal(size=vertices.shape) * (1e-12 if si else 1e-3)
+        for name, (vertices, _, _) in TYPES.items()}
     writer = Writer(tmp_path, si=si)
     writer.write(1000, TYPES, forces)
     (tmp_path / "config.xml").write_text("<hemocell><domain><rhoP> 1025 </rhoP></domain></hemocell>")
     step = packmesh.hemocell_output(tmp_path, config=tmp_path / "config.xml")[0]
-    unit = 1e12 if si else 1025 * 0.5e-6 ** 4 / 1e-7 ** 2 * 1e12
+    unit = 1e12 if si else 1025 * 0.5e-6**4 / 1e-7**2 * 1e12
     np.testing.assert_allclose(step.forces("RBC"), forces["RBC"] * unit, rtol=1e-6)
     assert not step.has("RBC", "Velocity")
     refused("RBC.000000001000: has no 'Velocity'", lambda: step.velocities("RBC"))
@@ -191,7 +197,7 @@ def test_forces(tmp_path, si):
 
 def test_positions_alone(tmp_path):
     """Nothing tells which of them are a cell, unless another step does."""
-    written(tmp_path, datasets=("Position",))
+    written(tmp_path, datasets=("Position", ))
     step = packmesh.hemocell_output(tmp_path)[0]
     refused("RBC.000000001000: nothing tells which positions are a cell", lambda: step.vertices("RBC"))
     points = step.points("RBC")
@@ -205,7 +211,7 @@ def test_positions_alone(tmp_path):
 def test_parts_of_cells(tmp_path):
     """Positions alone, in a file with fewer than a cell has in another step."""
     written(tmp_path, iteration=500)
-    writer = written(tmp_path, datasets=("Position",))
+    writer = written(tmp_path, datasets=("Position", ))
     path = writer.path(1000, "RBC", 0)
     with h5py.File(path, "r+") as file:
         rows = len(file["Position"]) - 1
@@ -251,13 +257,15 @@ def test_missing_type_of_a_table(tmp_path, caplog):
         writer.path(1000, "PLT", block).unlink()
     with pytest.raises(packmesh.InputError) as error:
         packmesh.hemocell_output(tmp_path)[0]
-    assert str(error.value).startswith(f"{writer.path(1000, 'PLT', 0)}: is missing, as {tmp_path}/csv/PLT.000000001000.csv lists 15 cells; ")
+    assert str(error.value).startswith(
+        f"{writer.path(1000, 'PLT', 0)}: is missing, as {tmp_path}/csv/PLT.000000001000.csv lists 15 cells; ")
     writer.write(2000, TYPES)
     for block in range(4):
         writer.path(2000, "PLT", block).unlink()
     run = packmesh.hemocell_output(tmp_path)
     assert [step.counts for step in run] == [{"RBC": 40}] * 2
-    assert len(caplog.messages) == 1 and "PLT.000000001000.csv: lists 15 cells, but no step has files such as" in caplog.messages[0]
+    assert len(
+        caplog.messages) == 1 and "PLT.000000001000.csv: lists 15 cells, but no step has files such as" in caplog.messages[0]
     writer.write(0, {**TYPES, "PLT": (PLATELETS[:0], TRIANGLES, np.arange(0))})
     for block in range(4):
         writer.path(0, "PLT", block).unlink()
@@ -276,8 +284,9 @@ def test_missing_fluid(tmp_path, caplog):
     for step in packmesh.hemocell_output(tmp_path):
         np.testing.assert_allclose(step.period, (30, 20, 20), atol=1e-6)
         assert step.counts == {"RBC": 40, "PLT": 15}
-    assert caplog.messages == [f"{writer.path(2000, 'Fluid', 0)}: is missing, as iteration 1000 has such a file: the extent of the fluid is that "
-                               "of iteration 1000, also in other such steps"]
+    assert caplog.messages == [
+        f"{writer.path(2000, 'Fluid', 0)}: is missing, as iteration 1000 has such a file: the extent of the fluid is that "
+        "of iteration 1000, also in other such steps"]
 
 
 def test_stated_period(tmp_path):
@@ -286,7 +295,8 @@ def test_stated_period(tmp_path):
     for period in ((30, 0, 0), (30.1, 20, 0)):
         step = packmesh.hemocell_output(tmp_path, period=period)[0]
         assert step.counts == {"RBC": 40, "PLT": 15} and step.period == pytest.approx([30, 20 if period[1] else 0, 0])
-    with pytest.raises(packmesh.InputError, match="^period: expected 30 µm along x, the extent of the fluid in .*000000001000, found 20$"):
+    with pytest.raises(packmesh.InputError,
+                       match="^period: expected 30 µm along x, the extent of the fluid in .*000000001000, found 20$"):
         packmesh.hemocell_output(tmp_path, period=(20, 0, 0))[0].vertices("RBC")
 
 
@@ -299,7 +309,8 @@ def test_short_table(tmp_path, caplog):
         table.write_text("".join(table.read_text().splitlines(True)[:-2]))
     for step in packmesh.hemocell_output(tmp_path):
         np.testing.assert_array_equal(step.ids("RBC"), np.arange(40))
-    assert caplog.messages == [f"{tmp_path}/csv/RBC.000000001000.csv: lists 38 cells, the files of the step have 40: its ids are not used"]
+    assert caplog.messages == [
+        f"{tmp_path}/csv/RBC.000000001000.csv: lists 38 cells, the files of the step have 40: its ids are not used"]
 
 
 def damaged(folder, damage, name="RBC", block=1, **options):
@@ -315,28 +326,34 @@ def damaged(folder, damage, name="RBC", block=1, **options):
 
 
 def changed(change):
+
     def damage(path):
         with h5py.File(path, "r+") as file:
             change(file)
+
     return damage
 
 
 @pytest.mark.parametrize("share", (0.0, 0.3, 0.7, 0.95, 0.999))
 def test_truncated(tmp_path, share):
+
     def cut(path):
         content = path.read_bytes()
         path.write_bytes(content[:int(share * len(content))])
+
     message, path = damaged(tmp_path, cut)
     assert message.startswith(f"{path}: cannot be read, is it complete?")
 
 
 def test_damaged_bytes(tmp_path):
     """Bytes in the middle, which inflating or a check of the values finds."""
+
     def spoil(path):
         content = bytearray(path.read_bytes())
         middle = len(content) // 2
         content[middle:middle + 400] = bytes(range(200)) * 2
         path.write_bytes(content)
+
     message, path = damaged(tmp_path, spoil)
     assert message.startswith(str(path))
 
@@ -352,12 +369,14 @@ def test_missing_block_of_all_types(tmp_path):
     writer.write(2000, TYPES)
     for name in TYPES:
         writer.path(2000, name, 2).unlink()
-    refused(r"000000002000/RBC.000000002000.p.2.h5: is missing, as iteration 1000 has such a file", lambda: packmesh.hemocell_output(tmp_path)[1].vertices("RBC"))
+    refused(r"000000002000/RBC.000000002000.p.2.h5: is missing, as iteration 1000 has such a file",
+            lambda: packmesh.hemocell_output(tmp_path)[1].vertices("RBC"))
     writer.csv = True
     writer.write(2000, TYPES)
     for name in TYPES:
         writer.path(2000, name, 2).unlink()
-    refused(r"RBC.000000002000.csv: lists 40 cells, but the files of the step have \d+", lambda: packmesh.hemocell_output(tmp_path)[1].vertices("RBC"))
+    refused(r"RBC.000000002000.csv: lists 40 cells, but the files of the step have \d+",
+            lambda: packmesh.hemocell_output(tmp_path)[1].vertices("RBC"))
 
 
 def test_mixed_steps(tmp_path):
@@ -375,6 +394,7 @@ def test_mixed_runs(tmp_path):
 
     def move(file):
         file["Position"][...] = file["Position"][...] + 1e-7
+
     message, _ = damaged(tmp_path, changed(move), periodic=(False, False, False))
     assert "at another place than" in message and "are both of the same run?" in message
 
@@ -388,8 +408,7 @@ def test_mixed_runs(tmp_path):
     (lambda file: file.attrs.pop("dx"), "has no attribute 'dx'; is it a file of HemoCell?"),
     (lambda file: file["Position"].__setitem__((5, 1), np.nan), "has positions that are not numbers"),
     (lambda file: file["Vertex Id"].__setitem__((7, 0), 8), "do not follow each other in the order of their ids"),
-    (lambda file: file["Cell Id"].__setitem__((7, 0), 99), "successive rows are not of one cell"),
-])
+    (lambda file: file["Cell Id"].__setitem__((7, 0), 99), "successive rows are not of one cell"), ])
 def test_contradictions(tmp_path, change, text):
     message, path = damaged(tmp_path, changed(change))
     assert message.startswith(f"{path}: ") and text in message, message
@@ -404,7 +423,8 @@ def test_folders(tmp_path):
     refused("hdf5/000000000100: has no files of cells", lambda: run[0])
     refused("there is no step of iteration 7; there are 1 from 100 to 100", lambda: run.at(7))
     written(tmp_path)
-    refused("there are no cells 'WBC'; expected one of RBC, PLT", lambda: packmesh.hemocell_output(tmp_path)[-1].vertices("WBC"))
+    refused("there are no cells 'WBC'; expected one of RBC, PLT",
+            lambda: packmesh.hemocell_output(tmp_path)[-1].vertices("WBC"))
 
 
 def test_many_cells_in_bounded_memory(tmp_path):

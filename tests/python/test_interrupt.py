@@ -27,8 +27,8 @@ except KeyboardInterrupt:
     print("interrupted", flush=True)
 print(len(packmesh.pack(box=(20, 20, 20), species={{"RBC": 5}})))
 """
-    process = subprocess.Popen([sys.executable, "-W", "ignore::UserWarning", "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               cwd=tmp_path)
+    process = subprocess.Popen([sys.executable, "-W", "ignore::UserWarning", "-c", script], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     assert process.stdout.readline() == "packing\n"
     process.send_signal(signal.SIGINT)
     out, errors = process.communicate()
@@ -38,19 +38,23 @@ print(len(packmesh.pack(box=(20, 20, 20), species={{"RBC": 5}})))
 
 
 def test_exception_of_the_callback():
+
     class Enough(Exception):
         pass
 
     def stop(progress):
         raise Enough(progress.stage)
+
     refused("relaxation", lambda: packmesh.pack(**ENDLESS, progress=stop), Enough)
     assert len(packmesh.pack(box=(20, 20, 20), species={"RBC": 5})) == 5
 
 
 def test_interrupted_state(tmp_path):
     """What was done is saved, if a state was asked for, and goes on from there."""
+
     def stop(progress):
         raise KeyboardInterrupt
+
     problem = dict(box=(30, 30, 30), hematocrit=0.52, ends="periodic")
     with pytest.raises(KeyboardInterrupt):
         packmesh.pack(**problem, state=tmp_path / "state.h5", progress=stop)
@@ -72,7 +76,8 @@ def test_threads():
 
     def work(seed):
         found[seed] = packmesh.pack(box=(20, 20, 20), hematocrit=0.3, seed=seed, progress=lambda p: None)
-    threads = [threading.Thread(target=work, args=(seed,)) for seed in (1, 2, 3)]
+
+    threads = [threading.Thread(target=work, args=(seed, )) for seed in (1, 2, 3)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -86,6 +91,7 @@ def test_packing_in_a_callback():
     def pack_too(progress):
         if not inner:
             inner.append(packmesh.pack(box=(15, 15, 15), species={"RBC": 3}))
+
     outer = packmesh.pack(box=(20, 20, 20), hematocrit=0.3, progress=pack_too)
     assert len(inner[0]) == 3
     assert (outer.positions == packmesh.pack(box=(20, 20, 20), hematocrit=0.3).positions).all()
@@ -109,6 +115,7 @@ def packing_elsewhere(meanwhile=lambda: None):
     def work():
         with pytest.raises(Enough):
             packmesh.pack(**ENDLESS, progress=progress)
+
     thread = threading.Thread(target=work)
     thread.start()
     begun.wait()
@@ -147,6 +154,7 @@ def test_fork_in_a_callback():
             finally:
                 os._exit(code)
         status.append(os.waitpid(child, 0)[1])
+
     assert len(packmesh.pack(box=(20, 20, 20), hematocrit=0.3, progress=progress)) > 5
     assert status == [0]
 
@@ -158,6 +166,7 @@ def test_ctrl_c_while_waiting_for_another_thread():
         if waiting.is_set():
             waiting.clear()
             signal.raise_signal(signal.SIGINT)
+
     with packing_elsewhere(interrupt) as other:
         with pytest.raises(KeyboardInterrupt):
             waiting.set()
@@ -173,6 +182,7 @@ def test_a_loaded_packing_is_read_while_another_thread_completes_it(tmp_path):
     def seen(packing):
         return (packing.counts, packing.species_names, packing.species.tobytes(), packing.positions.tobytes(),
                 packing.vertices("PLT").tobytes(), packing.pos_lines("RBC").tobytes())
+
     for _ in range(40):
         loaded = packmesh.load(tmp_path / "cells.h5")
         expected, ready, found = seen(loaded), threading.Barrier(3), []
@@ -180,6 +190,7 @@ def test_a_loaded_packing_is_read_while_another_thread_completes_it(tmp_path):
         def read(packing=loaded, ready=ready, found=found):
             ready.wait()
             found += [seen(packing) for _ in range(10)]
+
         readers = [threading.Thread(target=read) for _ in range(2)]
         for reader in readers:
             reader.start()

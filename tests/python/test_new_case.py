@@ -12,12 +12,15 @@ import packmesh
 import pytest
 from conftest import SOURCE, refused, write_off
 from forked_commands import output_of
-from packmesh import case_cells, case_folder, picture, quoting, vessel_flow, vessel_lattice, vessel_plan, vessel_surface
-from packmesh.case_folder import picture_of
+from packmesh.base import quoting
+from packmesh.cases import cells as case_cells, folder as case_folder
+from packmesh.cases.folder import picture_of
+from packmesh.show import picture
+from packmesh.vessels import flow as vessel_flow, lattice as vessel_lattice, plan as vessel_plan, surface as vessel_surface
 from write_run import sphere
 
-TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array(
-    [[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])
+TURN = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]]) @ np.array([[
+    np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])
 
 
 def swept(path, radius, caps=(True, True), around=32):
@@ -76,7 +79,8 @@ def bifurcation(tmp_path_factory):
 
 CONSTANTS = "".join(f"<{name}> 1 </{name}>" for name in ("kVolume", "kArea", "kLink", "kBend", "eta_m"))
 RED = f"<hemocell><MaterialModel><radius> 3e-6 </radius><minNumTriangles> 200 </minNumTriangles>{CONSTANTS}</MaterialModel></hemocell>"
-WHITE = RED.replace("3e-6", "4.5e-6").replace("> 200", "> 600").replace("<eta_m>", "<kInnerRigid> 1 </kInnerRigid><kCytoskeleton> 1 </kCytoskeleton><coreRadius> 1 </coreRadius><eta_m>")
+WHITE = RED.replace("3e-6", "4.5e-6").replace("> 200", "> 600").replace(
+    "<eta_m>", "<kInnerRigid> 1 </kInnerRigid><kCytoskeleton> 1 </kCytoskeleton><coreRadius> 1 </coreRadius><eta_m>")
 
 
 def compile_case(folder, scratch):
@@ -87,8 +91,10 @@ def compile_case(folder, scratch):
             continue
         (scratch / header).parent.mkdir(parents=True, exist_ok=True)
         (scratch / header).write_text('#include "palabos3D.h"\n')
-    subprocess.run(["mpicxx", "-std=c++11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DOMPI_SKIP_MPICXX", "-DMPICH_SKIP_MPICXX", f"-I{scratch}",
-                    f"-I{stand_in}", f"-I{SOURCE}/hemocell_adapter/plugin/include", str(folder / "case.cpp")], check=True)
+    subprocess.run([
+        "mpicxx", "-std=c++11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DOMPI_SKIP_MPICXX", "-DMPICH_SKIP_MPICXX",
+        f"-I{scratch}", f"-I{stand_in}", f"-I{SOURCE}/hemocell_adapter/plugin/include",
+        str(folder / "case.cpp")], check=True)
 
 
 def volume_of(vertices, triangles):
@@ -119,8 +125,8 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert "Unit of the surface: mm, as its widest end" in text and "Repaired: its triangles faced inwards" in text
     assert "Narrowest place between ends: 19." in text and "Wrote tube\n" in text
     folder = tmp_path / "tube"
-    assert sorted(path.name for path in folder.iterdir()) == ["CMakeLists.txt", "PLT.xml", "RBC.xml", "README.md", "case.cpp", "config.xml", "job.sh",
-                                                              "vessel.png", "vessel.stl"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "CMakeLists.txt", "PLT.xml", "RBC.xml", "README.md", "case.cpp", "config.xml", "job.sh", "vessel.png", "vessel.stl"]
     links = re.findall(r"<Edge> (\d+) (\d+) </Edge>", (folder / "PLT.xml").read_text())
     assert sorted(int(k) for link in links for k in link) == list(range(66))  # each vertex and its opposite
     vessel = vessel_surface.vessel_of(str(folder / "vessel.stl"))
@@ -135,25 +141,36 @@ def test_a_tube_in_mm_turned_and_a_metre_away(tmp_path):
     assert forecast.counts["RBC"] == round(0.2 * fluid_volume(folder) / 81.1163)
     from packmesh import _packmesh
     assert _packmesh.lumen(folder / "config.xml").period[0] == pytest.approx(size[0] + 3 * 0.5)
-    assert "//@" not in (folder / "case.cpp").read_text() and "$" not in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
+    assert not any(mark in (folder / "case.cpp").read_text() + (folder / "config.xml").read_text()
+                   for mark in ("{{", "{%", "#}"))
     assert "    packmesh new-case tube.stl tube --hematocrit 0.2 --velocity 2.0\n" in (folder / "README.md").read_text()
     assert "PreInlet" not in (folder / "case.cpp").read_text()
 
 
-@pytest.mark.parametrize("drive", ["periodic", "inlet"])
-def test_cells_that_leave_are_no_losses(drive):
+def code_of(inlet, pos, outlets=()):
+    """case.cpp"""
+    vessel = vessel_lattice.PlacedVessel(np.zeros((0, 3)), np.zeros((0, 3), int), [], 0.5, (9, 9, 9), 0.0, [])
+    cells = [case_cells.CaseCell("RBC", None, "RBC_FROM_SPHERE", "RbcHighOrderModel", 642, 7.8)]
+    return case_folder.text_of(
+        "case.cpp", {
+            "title": "", "command": "", "version": "", "cells": cells, "vessel": vessel, "outlets": outlets, "packed": True,
+            "inlet": inlet, "pos": pos})
+
+
+@pytest.mark.parametrize("inlet", [False, True])
+def test_cells_that_leave_are_no_losses(inlet):
     """A case with .pos files warns when its cells become fewer, unless they can leave by an outlet."""
-    text = (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()
-    code = case_folder.of_kinds(text, {"pos", "single", drive})
-    assert all((word in code) == (drive == "periodic") for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
+    code = code_of(inlet, pos=True)
+    assert all((word in code) != inlet for word in ("HemoCell has deleted", "pluint before", "pluint all", "all += count"))
 
 
-@pytest.mark.parametrize("cells", ["plugin", "pos"])
-def test_a_signal_while_cells_are_packed_is_kept(cells):
+@pytest.mark.parametrize("pos", [False, True])
+def test_a_signal_while_cells_are_packed_is_kept(pos):
     """It would end the case without a checkpoint."""
-    code = case_folder.of_kinds((SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text(), {cells, "single", "periodic"})
-    loading = "loadParticles(hemocell)" if cells == "plugin" else "loadParticles()"
-    assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index("std::signal(signal, askToStop)") < code.index(loading)
+    code = code_of(False, pos)
+    loading = "loadParticles()" if pos else "loadParticles(hemocell)"
+    assert code.index("HemoCell hemocell(") < code.index("checkExitSignals()") < code.index(
+        "std::signal(signal, askToStop)") < code.index(loading)
 
 
 def test_a_facet_is_no_end(tmp_path):
@@ -214,12 +231,13 @@ def test_rounded_ends_are_cut_off(tmp_path):
     assert "has 0 ends" in output_of(["new-case", "vessel.off", "--unit", "um", "--dry-run"], tmp_path, 2)
     cuts = [(1.0, 29, 0, -1, 0, 0), (2.0, -28, 1, -2, 0, 0)]
     vessel = vessel_surface.vessel_of(str(tmp_path / "vessel.off"), cuts)
-    assert len(vessel.ends) == 2 and all(end.diameter == pytest.approx(12, rel=0.01) and end.deviation < 1e-9 and not end.was_closed for end in vessel.ends)
+    assert len(vessel.ends) == 2 and all(
+        end.diameter == pytest.approx(12, rel=0.01) and end.deviation < 1e-9 and not end.was_closed for end in vessel.ends)
     np.testing.assert_allclose(sorted(end.center.tolist() for end in vessel.ends), [[1, 30, 0], [2, -29.95, 0]], atol=0.1)
     np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0]] * 2, atol=1e-9)
     # Only the bend, by the one plane through both legs, and one leg, far from the other one.
     assert len(vessel_surface.vessel_of(str(tmp_path / "vessel.off"), [(20.0, 22, 0, 1, 0, 0)]).ends) == 2
-    (end,) = vessel_surface.vessel_of(str(tmp_path / "vessel.off"), cuts[:1]).ends
+    (end, ) = vessel_surface.vessel_of(str(tmp_path / "vessel.off"), cuts[:1]).ends
     assert end.center[1] > 0
 
 
@@ -227,12 +245,15 @@ def test_rounded_ends_are_cut_off(tmp_path):
 def test_cut_vessels_become_cases(tmp_path):
     vertices, triangles = rounded(straight(), 10.0)
     write_stl(tmp_path / "tube.stl", vertices, triangles)
-    text = output_of(["new-case", "tube.stl", "--unit", "um", "--cut=0,0,0,-1,0,0", "--cut", "60,0,0,1,0,0", "--hematocrit", "0.1"], tmp_path)
+    text = output_of([
+        "new-case", "tube.stl", "--unit", "um", "--cut=0,0,0,-1,0,0", "--cut", "60,0,0,1,0,0", "--hematocrit", "0.1"], tmp_path)
     assert "End 2: periodic, opening, diameter 19.9" in text
-    assert "packmesh new-case tube.stl tube --hematocrit 0.1 --unit um --cut=0,0,0,-1,0,0 --cut=60,0,0,1,0,0\n" in (tmp_path / "tube/README.md").read_text()
+    assert "packmesh new-case tube.stl tube --hematocrit 0.1 --unit um --cut=0,0,0,-1,0,0 --cut=60,0,0,1,0,0\n" in (
+        tmp_path / "tube/README.md").read_text()
     assert 60 < 0.5 * tag(tmp_path / "tube", "domain/refDirN") < 61.1
-    for planes, message in (([(0, 0, 0, 1, 0)], "expected planes of six numbers"), ([(0, 0, 0, 0, 0, 0)], "expected planes of six numbers"),
-                            ([(99, 0, 0, 1, 0, 0)], "the plane of --cut at 99, 0, 0 does not meet the surface")):
+    for planes, message in (([(0, 0, 0, 1, 0)], "expected planes of six numbers"), ([
+        (0, 0, 0, 0, 0, 0)], "expected planes of six numbers"), ([
+            (99, 0, 0, 1, 0, 0)], "the plane of --cut at 99, 0, 0 does not meet the surface")):
         refused(message, lambda: packmesh.new_case(tmp_path / "tube.stl", unit="um", cut=planes))
     assert "argument --cut: expected six numbers" in output_of(["new-case", "tube.stl", "--cut", "1,2,3"], tmp_path, 1)
 
@@ -240,7 +261,8 @@ def test_cut_vessels_become_cases(tmp_path):
 def test_fragments_are_left_out(tmp_path):
     vertices, triangles = swept(straight(), 10.0)
     corners, faces = box(1, 1, 1)
-    write_stl(tmp_path / "tube.stl", np.concatenate([vertices, corners + 30]), np.concatenate([triangles, faces + len(vertices)]))
+    write_stl(tmp_path / "tube.stl", np.concatenate([vertices, corners + 30]),
+              np.concatenate([triangles, faces + len(vertices)]))
     vessel = vessel_surface.vessel_of(str(tmp_path / "tube.stl"))
     assert vessel.repairs == ["12 triangles that are not connected with the vessel were left out"] and len(vessel.ends) == 2
     assert np.abs(vessel.vertices[np.unique(vessel.wall)][:, 1:]).max() < 10.1
@@ -257,7 +279,8 @@ def test_the_ends_of_a_channel_are_its_smallest_faces(tmp_path):
     vessel = vessel_surface.vessel_of(str(tmp_path / "channel.stl"))
     np.testing.assert_allclose([end.normal for end in vessel.ends], [[-1, 0, 0], [1, 0, 0]], atol=1e-9)
     case = packmesh.new_case(tmp_path / "channel.stl", hematocrit=0.2)
-    assert 60 < case.size[0] < 61.1 and case.size[1:] == pytest.approx((24, 20)) and case.narrowest == pytest.approx(20, abs=0.8)
+    assert 60 < case.size[0] < 61.1 and case.size[1:] == pytest.approx(
+        (24, 20)) and case.narrowest == pytest.approx(20, abs=0.8)
 
 
 @pytest.mark.long
@@ -282,9 +305,11 @@ def test_the_mirror_image_makes_a_bend_periodic(tmp_path):
 
 def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
     case = packmesh.new_case(bifurcation, tmp_path / "case", reynolds=0.05, time=2)
-    assert [end["role"] for end in case.ends] == ["inlet", "outlet", "outlet"] and [end["face"] for end in case.ends] == ["x-", "x+", "x+"]
+    assert [end["role"] for end in case.ends] == ["inlet", "outlet", "outlet"] and [end["face"]
+                                                                                    for end in case.ends] == ["x-", "x+", "x+"]
     assert case.unit == "um" and case.body_force is None and 2 in case.ranks and 1 not in case.ranks
-    assert tag(tmp_path / "case", "preInlet/parameters/Re") == pytest.approx(0.1) and tag(tmp_path / "case", "sim/tmax") == 20000
+    assert tag(tmp_path / "case", "preInlet/parameters/Re") == pytest.approx(0.1) and tag(tmp_path / "case",
+                                                                                          "sim/tmax") == 20000
     code = (tmp_path / "case/case.cpp").read_text()
     assert code.count("openOutlet(hemocell, *fluid, Box3D(") == 2 and "Direction::Xneg" in code and "bodyForce" not in code
     nodes = np.array(case.nodes)
@@ -293,18 +318,21 @@ def test_a_bifurcation_is_fed_at_one_end(bifurcation, tmp_path):
     vessel = vessel_surface.vessel_of(str(tmp_path / "case/vessel.stl"))
     shape = vessel_lattice.PlacedVessel(*whole(tmp_path / "case/vessel.stl"), [], 0.5, case.nodes, 0.0, [])
     of = sections(shape, 200)
-    np.testing.assert_allclose(of.area[(of.level + 0.5) / 200 * shape.size[0] < 0.5 * case.particle_envelope + 1], vessel.ends[0].diameter**2 * np.pi / 4, rtol=1e-3)
+    np.testing.assert_allclose(of.area[(of.level + 0.5) / 200 * shape.size[0] < 0.5 * case.particle_envelope + 1],
+                               vessel.ends[0].diameter**2 * np.pi / 4, rtol=1e-3)
     assert packmesh.Case(tmp_path / "case/config.xml").forecast().counts == case.counts
 
 
 def sections(shape, count):
     """By planes across x."""
-    return vessel_flow.sections_of(shape.vertices, shape.triangles, shape.vertices[:, 0], (np.arange(count) + 0.5) / count * shape.size[0], True)
+    return vessel_flow.sections_of(shape.vertices, shape.triangles, shape.vertices[:, 0],
+                                   (np.arange(count) + 0.5) / count * shape.size[0], True)
 
 
 def enclosed(vertices, triangles, length, dx=0.5):
     """A closed surface as a vessel at its place."""
-    return vessel_lattice.PlacedVessel(vertices - vertices.min(axis=0), triangles, [], dx, (round(length / dx) + 3, 9, 9), 0.0, [])
+    return vessel_lattice.PlacedVessel(vertices - vertices.min(axis=0), triangles, [], dx, (round(length / dx) + 3, 9, 9), 0.0,
+                                       [])
 
 
 def of_tube(area, way, period, length):
@@ -318,8 +346,10 @@ def polygon(radius, around=32):
 
 @pytest.mark.parametrize("path, way", [
     (straight(), 60),
-    (np.column_stack([np.linspace(0, 60, 61), 8 * np.sin(np.pi * np.linspace(0, 60, 61) / 60) ** 2, np.zeros(61)]), None),
-    (np.column_stack([np.linspace(0, 60, 121), -20 * np.cos(np.pi * np.linspace(0, 60, 121) / 60), np.zeros(121)]), None)], ids=["straight", "arch", "S"])
+    (np.column_stack([np.linspace(0, 60, 61), 8 * np.sin(np.pi * np.linspace(0, 60, 61) / 60)**2,
+                      np.zeros(61)]), None),
+    (np.column_stack([np.linspace(0, 60, 121), -20 * np.cos(np.pi * np.linspace(0, 60, 121) / 60),
+                      np.zeros(121)]), None)], ids=["straight", "arch", "S"])
 def test_the_resistance_of_a_tube_is_that_of_its_way(path, way):
     """By the law of Hagen and Poiseuille: a pressure, or a force along x, drives as much as along the way, which is longer."""
     shape = enclosed(*swept(path, 3.0, around=48), path[-1, 0])
@@ -370,7 +400,7 @@ def cubes(inside, edge):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("radii", [(3.0,), (3.0, 3.0), (3.0, 3.0, 3.0), (4.0, 2.0)])
+@pytest.mark.parametrize("radii", [(3.0, ), (3.0, 3.0), (3.0, 3.0, 3.0), (4.0, 2.0)])
 def test_branches_are_parallel(radii):
     """Their conductances add up; as one tube of the common section two would let pass twice as much."""
     vertices, triangles = fork_of(radii, 60.0)
@@ -410,7 +440,9 @@ def fed(inside, outlets, edge=0.25):
         axis, side = "xyz".index(face[0]), face[1] == "+"
         low, high = np.zeros(3), np.array(inside.shape) * edge
         (low if side else high)[axis] = side * high[axis]
-        ends.append(vessel_lattice.PlacedEnd(number, "outlet" if number > 1 else "inlet", face, 0.5 * (low + high), 1.0, np.zeros(3), 0.0, low, high))
+        ends.append(
+            vessel_lattice.PlacedEnd(number, "outlet" if number > 1 else "inlet", face, 0.5 * (low + high), 1.0, np.zeros(3),
+                                     0.0, low, high))
     return vessel_lattice.PlacedVessel(vertices, triangles, ends, 0.5, (9, 9, 9), 0.0, [])
 
 
@@ -443,8 +475,8 @@ def test_the_resistance_from_an_inlet_to_any_face(path, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)),
-    ((3, 50, 20), (2, 50, 28)), ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))])
+@pytest.mark.parametrize("along_y, along_z", [((2, 50, 24), (3, 50, 24)), ((3, 50, 20), (2, 50, 28)),
+                                              ((1.5, 60, 28), (3, 60, 20)), ((2, 60, 24), (4, 40, 24))])
 def test_side_branches_share_the_flow(along_y, along_z):
     """A trunk of 8 µm and two branches in parallel, by the law of Hagen and Poiseuille: the largest shear rate is in the branch whose flow is large for its width."""
     found = vessel_flow.resistance_of(fed(tee((4, 32), along_y, along_z), ["y+", "z+"]))
@@ -523,8 +555,8 @@ def test_outlets_across_other_axes(tmp_path):
         roles[inlet] = "inlet"
         shape = vessel_lattice.placed(vessel, 1.0, 0.5, roles, (1.0, 2.0))
         require_closed(shape)
-        (outlet,) = (end for end in shape.ends if end.role == "outlet")
-        (feed,) = (end for end in shape.ends if end.role == "inlet")
+        (outlet, ) = (end for end in shape.ends if end.role == "outlet")
+        (feed, ) = (end for end in shape.ends if end.role == "inlet")
         assert feed.face == "x-" and feed.center[0] == 0 and outlet.face[0] in "yz" and outlet.angle < 5
         axis = "xyz".index(outlet.face[0])
         extent = shape.size[axis]
@@ -532,9 +564,10 @@ def test_outlets_across_other_axes(tmp_path):
             assert extent / 0.5 == pytest.approx(round(extent / 0.5), abs=1e-9)
         assert outlet.center[axis] == pytest.approx(extent if outlet.face[1] == "+" else 0, abs=1e-9)
         plane = shape.nodes[axis] - 2 if outlet.face[1] == "+" else 1
-        text = case_folder.outlet_code(shape, outlet)
-        box = [int(word) for word in text.split("Box3D(")[1].split(")")[0].split(",")]
-        assert box[2 * axis] == box[2 * axis + 1] == plane and f"'{outlet.face[0]}', {1 if outlet.face[1] == '+' else -1})" in text
+        box = case_folder.outlet_box(shape, outlet)
+        assert box[2 * axis] == box[2 * axis + 1] == plane
+        call = f"Box3D({', '.join(map(str, box))}), '{outlet.face[0]}', {1 if outlet.face[1] == '+' else -1});  // end {outlet.number}\n"
+        assert call in code_of(True, True, [(outlet, box)])
         for other in {0, 1, 2} - {axis}:
             assert box[2 * other] <= outlet.low[other] / 0.5 + 1 and box[2 * other + 1] >= outlet.high[other] / 0.5 + 1
 
@@ -542,7 +575,8 @@ def test_outlets_across_other_axes(tmp_path):
 @pytest.mark.long
 def test_closed_ends_become_walls(bifurcation, tmp_path):
     case = packmesh.new_case(bifurcation, tmp_path / "case", close=[3], drive="inlet")
-    assert f"packmesh new-case {bifurcation} {tmp_path}/case --drive inlet --close 3\n" in (tmp_path / "case/README.md").read_text()
+    assert f"packmesh new-case {bifurcation} {tmp_path}/case --drive inlet --close 3\n" in (tmp_path
+                                                                                            / "case/README.md").read_text()
     assert [end["role"] for end in case.ends] == ["inlet", "outlet", "closed"]
     vessel = vessel_surface.vessel_of(str(bifurcation))
     require_closed(vessel_lattice.placed(vessel, 1.0, 0.5, ["inlet", "outlet", "closed"], (0, 1)))
@@ -565,7 +599,8 @@ def test_the_narrowest_place_is_that_of_the_widest_way(tmp_path):
     output_of(["make-vessel", "stenosis", "vessel.stl", "--radius", "10", "--length", "60"], tmp_path)
     case = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1)
     assert case.narrowest == pytest.approx(10, abs=0.6)
-    assert case.stress == pytest.approx(8 * 1.1e-6 * 1025 * case.shear_rate / 8 * 8, rel=0.1)  # half the width, 8 times the shear rate
+    assert case.stress == pytest.approx(8 * 1.1e-6 * 1025 * case.shear_rate / 8 * 8,
+                                        rel=0.1)  # half the width, 8 times the shear rate
     fed = packmesh.new_case(tmp_path / "vessel.stl", hematocrit=0.1, drive="inlet")
     assert fed.stress == pytest.approx(case.stress, rel=0.04) and fed.particle_envelope == case.particle_envelope > 40
     assert fed.size[0] > case.size[0] + 0.5 * fed.particle_envelope  # straight as far as HemoCell copies cells
@@ -601,9 +636,11 @@ def test_cells_are_packed_by_the_case_or_before(bifurcation, tmp_path):
             folder = tmp_path / f"{name}_{pos}"
             packmesh.new_case(surface, folder, hematocrit=0.1, pos=pos, **more)
             compile_case(folder, tmp_path / "headers")
-            code, makes, readme, job = ((folder / file).read_text() for file in ("case.cpp", "CMakeLists.txt", "README.md", "job.sh"))
+            code, makes, readme, job = ((folder / file).read_text()
+                                        for file in ("case.cpp", "CMakeLists.txt", "README.md", "job.sh"))
             assert ("packmesh::loadParticles(hemocell)" in code) == ("find_package(packMesh" in makes) == (not pos)
-            assert ("  hemocell.loadParticles();" in code) == ("\npackMesh config.xml\n" in readme) == ("packMesh config.xml" in job) == pos
+            assert ("  hemocell.loadParticles();" in code) == ("\npackMesh config.xml\n" in readme) == ("packMesh config.xml"
+                                                                                                        in job) == pos
             assert "$" not in code + readme and not re.search("[/#]@", code + makes + readme + job)
             subprocess.run(["bash", "-n", str(folder / "job.sh")], check=True)
     folder = tmp_path / "fork_True"
@@ -626,9 +663,11 @@ def test_cells_of_the_user(tmp_path):
     cells, faces = sphere(2)
     (tmp_path / "shapes").mkdir()
     write_stl(tmp_path / "shapes/star.stl", cells * (3, 1, 2), faces)
-    (tmp_path / "Star.xml").write_text(WHITE.replace("<radius>", "<StlFile> shapes/star.stl </StlFile><kInnerLink> 1 </kInnerLink><radius>"))
-    text = output_of(["new-case", "tube.stl", "case", "--unit", "um", "--cell", "WBC.xml=0.05", "--cell", "RBC.xml", "--cell", "Star.xml=0.02",
-                      "--platelets", "0", "--hematocrit", "0.2"], tmp_path)
+    (tmp_path / "Star.xml").write_text(
+        WHITE.replace("<radius>", "<StlFile> shapes/star.stl </StlFile><kInnerLink> 1 </kInnerLink><radius>"))
+    text = output_of([
+        "new-case", "tube.stl", "case", "--unit", "um", "--cell", "WBC.xml=0.05", "--cell", "RBC.xml", "--cell",
+        "Star.xml=0.02", "--platelets", "0", "--hematocrit", "0.2"], tmp_path)
     folder = tmp_path / "case"
     assert re.search(r"Cells: \d{3} RBC, \d+ WBC, \d+ Star", text) and not (folder / "PLT.xml").exists()
     assert (folder / "RBC.xml").read_text() == RED and "<StlFile> cell_Star.stl </StlFile>" in (folder / "Star.xml").read_text()
@@ -654,13 +693,15 @@ def test_realisations_differ_in_their_seeds(tmp_path):
     assert all(one.complete for one in packings) and len({one.positions.tobytes() for one in packings}) == 3
     job = (tmp_path / "case/job.sh").read_text()
     assert "#SBATCH --array=1-3" in job and "srun ../build/case config.xml" in job
-    entered = subprocess.run(["bash", "-c", re.search(r"^cd .*$", job, re.M)[0] + "; pwd"], cwd=tmp_path / "case", check=True, capture_output=True, text=True,
-                             env={**os.environ, "SLURM_ARRAY_TASK_ID": "3"})
+    entered = subprocess.run(["bash", "-c", re.search(r"^cd .*$", job, re.M)[0] + "; pwd"], cwd=tmp_path / "case", check=True,
+                             capture_output=True, text=True, env={**os.environ, "SLURM_ARRAY_TASK_ID": "3"})
     assert entered.stdout.strip().endswith("/realisation_3")
-    assert "for folder in realisation_*; do (cd $folder && packMesh config.xml && mpirun" in (tmp_path / "case/README.md").read_text()
+    assert "for folder in realisation_*; do (cd $folder && packMesh config.xml && mpirun" in (tmp_path
+                                                                                              / "case/README.md").read_text()
 
 
-@pytest.mark.parametrize("dx, steps", [(0.1, (20, 5)), (0.25, (20, 5)), (0.5, (20, 5)), (0.55, (16, 4)), (0.6, (12, 3)), (0.61, (1, 1)), (0.75, (1, 1)), (1, (1, 1)), (2, (1, 1))])
+@pytest.mark.parametrize("dx, steps", [(0.1, (20, 5)), (0.25, (20, 5)), (0.5, (20, 5)), (0.55, (16, 4)), (0.6, (12, 3)),
+                                       (0.61, (1, 1)), (0.75, (1, 1)), (1, (1, 1)), (2, (1, 1))])
 def test_how_often_membranes_are_computed(dx, steps):
     """Every 2 µs where that is stable."""
     assert vessel_plan.membrane_steps(dx, 4e5 * (dx * 1e-6)**2) == steps
@@ -678,9 +719,10 @@ def test_own_cells_have_the_constants_of_the_library(tmp_path):
 
 def test_without_the_module_it_says_what_is_missing(tmp_path):
     write_off(tmp_path / "tube.off", *swept(straight(), 10.0))
-    done = subprocess.run([sys.executable, "-m", "packmesh", "new-case", "tube.off", "--unit", "um"], cwd=tmp_path, capture_output=True, text=True,
-                          check=False, env={**os.environ, "PYTHONPATH": str(SOURCE / "python")})
-    assert done.returncode == 69 and "needs the C++ module" in done.stderr and [path.name for path in tmp_path.iterdir()] == ["tube.off"]
+    done = subprocess.run([sys.executable, "-m", "packmesh", "new-case", "tube.off", "--unit", "um"], cwd=tmp_path,
+                          capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(SOURCE / "python")})
+    assert done.returncode == 69 and "needs the C++ module" in done.stderr and [path.name
+                                                                                for path in tmp_path.iterdir()] == ["tube.off"]
 
 
 def test_the_picture_shows_the_ends(bifurcation):
@@ -708,7 +750,8 @@ def surfaces(bifurcation, tmp_path_factory):
     write_stl(folder / "tube.stl", vertices, triangles)
     write_stl(folder / "small.stl", 0.1 * vertices, triangles)
     write_stl(folder / "holed.stl", vertices, np.delete(triangles, 700, axis=0))
-    write_stl(folder / "two.stl", np.concatenate([vertices, vertices + 100]), np.concatenate([triangles, triangles + len(vertices)]))
+    write_stl(folder / "two.stl", np.concatenate([vertices, vertices + 100]),
+              np.concatenate([triangles, triangles + len(vertices)]))
     (folder / "cut.stl").write_bytes((folder / "tube.stl").read_bytes()[:-20])
     half = np.linspace(0, np.pi, 49)
     write_stl(folder / "uturn.stl", *swept(np.column_stack([30 * np.sin(half), 30 * np.cos(half), 0 * half])[::-1], 6.0))
@@ -728,18 +771,15 @@ def surfaces(bifurcation, tmp_path_factory):
     ("small.stl", 2, "the unit of the surface is not clear: its widest end is 1.99"),
     ("tube.stl --unit um --velocity 1 --shear-rate 2", 1, "not allowed with"),
     ("tube.stl --unit um --drive inlet --mirror", 2, "--mirror is for a periodic flow"),
-    ("tube.stl --unit um --close 1", 2, "has 1 ends"),
-    ("ball.stl", 2, "has 0 ends"),
-    ("holed.stl --unit um", 2, "holes that are too small for ends: 3; --close 3 closes them"),
-    ("cube.stl", 2, "has 0 ends"),
-    ("flat.stl", 2, "flat.stl: has 0 triangles with an area"),
-    ("two.stl", 2, "has 2 separate parts"),
+    ("tube.stl --unit um --close 1", 2, "has 1 ends"), ("ball.stl", 2, "has 0 ends"),
+    ("holed.stl --unit um", 2, "holes that are too small for ends: 3; --close 3 closes them"), ("cube.stl", 2, "has 0 ends"),
+    ("flat.stl", 2, "flat.stl: has 0 triangles with an area"), ("two.stl", 2, "has 2 separate parts"),
     ("cut.stl", 2, "cut.stl: expected a binary STL file of 67084 bytes"),
     ("uturn.stl --unit um --mirror", 2, "both ends face the same way"),
     ("uturn.stl --unit um --drive inlet", 2, "end 2 faces backwards"),
-    ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"),
-    ("tube.stl taken --unit um", 5, "taken: exists"),
-    ("tube.stl --unit um --hematocrit 0.9", 3, "beyond 0.7707 is known; set a lower --hematocrit, or --soft, with which cells deform"),
+    ("bifurcation.stl --drive periodic", 2, "needs two ends, found 3"), ("tube.stl taken --unit um", 5, "taken: exists"),
+    ("tube.stl --unit um --hematocrit 0.9", 3,
+     "beyond 0.7707 is known; set a lower --hematocrit, or --soft, with which cells deform"),
     ("tube.stl --unit um --soft --pos", 2, ".pos files cannot have deformed cells"),
     ("tube.stl --unit um --cell tube.stl=0.1", 2, "tube.stl: expected the name of a cell with the ending .xml"),
     ("tube.stl --unit um --cell WBC.xml=0.1", 2, "WBC.xml: there is no such file"),
@@ -748,10 +788,10 @@ def surfaces(bifurcation, tmp_path_factory):
     ("tube.stl --unit um --cell RBC_other.xml", 2, "expected cells per red cell: RBC_other.xml=0.01"),
     ("tube.stl --unit um --cell RBC_other.xml=many", 1, "argument --cell: expected cells per red cell from"),
     ("tube.stl --unit um --realisations 0", 1, "argument --realisations: expected a number from 1"),
-    ("tube.stl --unit um --velocity 300", 2, "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250 mm/s at a dx of 0.5 µm: set a slower flow"),
+    ("tube.stl --unit um --velocity 300", 2,
+     "too fast for the lattice: a mean velocity of 300 mm/s, expected at most 250 mm/s at a dx of 0.5 µm: set a slower flow"),
     ("tube.stl --unit mm --velocity 300", 2, "or scale the vessel, whose end is 199"),
-    ("tube.stl --unit um --profile table.csv", 1, "invalid choice"),
-    ("none.stl", 2, "none.stl: there is no such file")])
+    ("tube.stl --unit um --profile table.csv", 1, "invalid choice"), ("none.stl", 2, "none.stl: there is no such file")])
 def test_what_is_refused(words, code, message, surfaces):
     before = sorted(path.name for path in surfaces.iterdir())
     assert message in output_of(["new-case", *words.split()], surfaces, code)
@@ -769,11 +809,13 @@ def short(tmp_path_factory):
     return write_stl(tmp_path_factory.mktemp("short") / "short.stl", *swept(straight(20.0, 8), 6.0))
 
 
-@pytest.mark.parametrize("word", ["plain", "a b", "it's", "$(touch x)", "a\ntouch x\n#", "\udcff.stl", "ü'\\\n", "x\u2028y", "-"])
+@pytest.mark.parametrize("word",
+                         ["plain", "a b", "it's", "$(touch x)", "a\ntouch x\n#", "\udcff.stl", "ü'\\\n", "x\u2028y", "-"])
 def test_the_shell_reads_a_word_back(word):
     quoted = quoting.shell(word)
     assert quoted.isprintable()
-    assert subprocess.run(["bash", "-c", "printf %s " + quoted], check=True, capture_output=True).stdout == word.encode("utf-8", "surrogateescape")
+    assert subprocess.run(["bash", "-c", "printf %s " + quoted], check=True,
+                          capture_output=True).stdout == word.encode("utf-8", "surrogateescape")
 
 
 @pytest.mark.parametrize("text, comment", [("a\\", "a\\."), ("a\\  ", "a\\."), ("a??/", "a? ?/"), ("a\nb", "a?b")])
@@ -833,9 +875,12 @@ def test_cells_that_hemocell_cannot_simulate_are_refused(tube, tmp_path):
     for name, missing in (("RBC", "kBend"), ("WBC", "coreRadius")):
         text = (RED if name == "RBC" else WHITE).replace(f"<{missing}> 1 </{missing}>", f"<{missing}> many </{missing}>")
         (tmp_path / f"{name}.xml").write_text(text)
-        refused(f"without a number in <{missing}>", lambda: packmesh.new_case(tube, cells={tmp_path / f"{name}.xml": None if name == "RBC" else 0.05}))
+        refused(f"without a number in <{missing}>",
+                lambda: packmesh.new_case(tube, cells={tmp_path / f"{name}.xml": None if name == "RBC" else 0.05}))
     config = SOURCE / "config"
-    assert packmesh.new_case(tube, hematocrit=0.2, cells={config / "RBC.xml": None, config / "PLT.xml": None, config / "WBC.xml": 0.04}).counts["WBC"] == 2
+    assert packmesh.new_case(tube, hematocrit=0.2,
+                             cells={config / "RBC.xml": None, config / "PLT.xml": None,
+                                    config / "WBC.xml": 0.04}).counts["WBC"] == 2
     for name in ("PLT", "WBC"):
         template, _ = packmesh._packmesh.cell_template(name, None, 0.5)
         links = re.findall(r"<Edge> (\d+) (\d+) </Edge>", (config / f"{name}.xml").read_text())
@@ -846,10 +891,14 @@ def test_cells_that_hemocell_cannot_simulate_are_refused(tube, tmp_path):
 @pytest.mark.parametrize("link", ["0 642", "0 9999", "3 3", "-1 3", "1 2 3", "x y", ""])
 def test_links_of_vertices_that_a_cell_does_not_have(link, tube, tmp_path):
     """HemoCell reads them out of bounds, whatever the model of the cell."""
-    (tmp_path / "RBC.xml").write_text(RED.replace("> 200", "> 600").replace("<radius>", f"<InnerEdges><Edge> 0 641 </Edge><Edge> {link} </Edge></InnerEdges><radius>"))
-    with pytest.raises(packmesh.InputError, match=f"RBC.xml: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to 641"):
+    (tmp_path / "RBC.xml").write_text(
+        RED.replace("> 200", "> 600").replace("<radius>",
+                                              f"<InnerEdges><Edge> 0 641 </Edge><Edge> {link} </Edge></InnerEdges><radius>"))
+    with pytest.raises(packmesh.InputError,
+                       match=f"RBC.xml: <InnerEdges> has the link '{link}'; expected two different vertices from 0 to 641"):
         packmesh.new_case(tube, cells={tmp_path / "RBC.xml": None})
-    (tmp_path / "WBC.xml").write_text((SOURCE / "config/WBC.xml").read_text().replace("<minNumTriangles> 600", "<minNumTriangles> 200"))
+    (tmp_path / "WBC.xml").write_text((SOURCE / "config/WBC.xml").read_text().replace("<minNumTriangles> 600",
+                                                                                      "<minNumTriangles> 200"))
     refused("vertices from 0 to 161", lambda: packmesh.new_case(tube, dx=1, cells={tmp_path / "WBC.xml": 0.01}))
 
 
@@ -859,7 +908,8 @@ def test_the_cells_that_are_announced_are_those_of_the_running_case(drive, tube,
     """As many as the fluid nodes hold, as the plug-in counts; of .pos files, those of the surface."""
     case = packmesh.new_case(tube, tmp_path / "case", drive=drive, hematocrit=0.3, platelets=0.1)
     count = round(0.3 * fluid_volume(tmp_path / "case") / 81.1163)
-    assert case.counts == {"RBC": count, "PLT": round(0.1 * count)} == packmesh.Case(tmp_path / "case/config.xml").forecast().counts
+    assert case.counts == {"RBC": count, "PLT": round(0.1 * count)} == packmesh.Case(
+        tmp_path / "case/config.xml").forecast().counts
     assert f": {count} RBC, {round(0.1 * count)} PLT" in "".join(case.text)
     files = packmesh.new_case(tube, tmp_path / "files", drive=drive, hematocrit=0.3, platelets=0.1, pos=True)
     assert packmesh.pack(case=tmp_path / "files/config.xml").request.get("ends") is None and files.counts["RBC"] != count
@@ -872,11 +922,15 @@ def test_plasma_alone(drive, tube, tmp_path):
     assert case.counts == {} and any(line.endswith(": none, plasma alone") for line in case.text)
     assert (tmp_path / "case/RBC.pos").read_text() == "0\n" and not (tmp_path / "case/PLT.xml").exists()
     compile_case(tmp_path / "case", tmp_path / "headers")
-    texts = {name: (tmp_path / "case" / name).read_text() for name in ("case.cpp", "CMakeLists.txt", "config.xml", "job.sh", "README.md")}
-    assert not any(word in text for text in texts.values() for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "#@", "//@"))
+    texts = {
+        name: (tmp_path / "case" / name).read_text()
+        for name in ("case.cpp", "CMakeLists.txt", "config.xml", "job.sh", "README.md")}
+    assert not any(word in text for text in texts.values()
+                   for word in ("packmesh::", "packMesh config.xml", "find_package(packMesh", "<packing>", "{{", "{%"))
     assert "--hematocrit 0" in texts["README.md"] and texts["README.md"].startswith("# Plasma in tube.stl\n")
     assert case.flow_rate == pytest.approx(case.velocity * 1e3 * np.pi / 4 * case.ends[0]["diameter"]**2)
-    for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"platelets": 0.1}, {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
+    for more in ({"soft": True}, {"profile": "developed"}, {"pos": True}, {"realisations": 2}, {"platelets": 0.1},
+                 {"cells": {SOURCE / "config/WBC.xml": 0.1}}):
         refused(f"^{next(iter(more))}: .* makes a case of plasma alone$", lambda: packmesh.new_case(tube, hematocrit=0, **more))
     assert packmesh.new_case(tube, hematocrit=0, platelets=0).counts == {}
 
@@ -885,7 +939,8 @@ def test_plasma_alone(drive, tube, tmp_path):
 def test_a_flow_that_is_an_estimate_says_so(tube, bifurcation, tmp_path):
     write_off(tmp_path / "bend.off", *swept(hooked(), 8.0, (False, False)))
     write_off(tmp_path / "narrow.off", *swept(straight(), 5.0, (False, False)))
-    for vessel, estimated, more in ((tube, False, {}), (bifurcation, False, {}), (tmp_path / "narrow.off", True, {}), (tmp_path / "bend.off", True, {"mirror": True})):
+    for vessel, estimated, more in ((tube, False, {}), (bifurcation, False, {}), (tmp_path / "narrow.off", True, {}),
+                                    (tmp_path / "bend.off", True, {"mirror": True})):
         case = packmesh.new_case(vessel, unit="um", hematocrit=0, **more)
         assert any("This flow is an estimate" in line for line in case.text) == estimated
         assert f"{case.flow_rate:.4g} µm³/ms" in "".join(case.text)
@@ -923,7 +978,8 @@ def test_a_cut_beside_vertices_leaves_no_slivers(tmp_path):
 
 
 def test_cuts_that_leave_nothing_or_meet_an_opening(tube):
-    refused("leave nothing of the surface", lambda: packmesh.new_case(tube, unit="um", cut=[(30, 0, 0, 1, 0, 0), (30, 0, 0, -1, 0, 0)]))
+    refused("leave nothing of the surface", lambda: packmesh.new_case(tube, unit="um", cut=[(30, 0, 0, 1, 0, 0),
+                                                                                            (30, 0, 0, -1, 0, 0)]))
     refused("meets an opening", lambda: packmesh.new_case(tube, unit="um", cut=[(20, 0, 0, -1, 0, 0), (20, 0, 0, -1, 1, 0)]))
     small = packmesh.new_case(tube, unit="um", cut=[(30, 0, 0, 1e-320, 0, 0)], hematocrit=0)
     assert 30 < small.size[0] < 31.5
@@ -944,25 +1000,31 @@ def test_messages_name_the_files_of_the_case(tube, tmp_path):
     (tmp_path / "WBC.xml").write_text(WHITE.replace("4.5e-6", "9e-6"))
     write_stl(tmp_path / "narrow.stl", *swept(straight(), 4.0))
     with pytest.raises(packmesh.Error) as raised:
-        packmesh.new_case(tmp_path / "narrow.stl", tmp_path / "case", unit="um", hematocrit=0.1, cells={tmp_path / "WBC.xml": 0.5})
+        packmesh.new_case(tmp_path / "narrow.stl", tmp_path / "case", unit="um", hematocrit=0.1,
+                          cells={tmp_path / "WBC.xml": 0.5})
     assert ".new-case" not in str(raised.value)
 
 
 def test_a_hangup_interrupts_a_command():
-    code = "import os, signal, time; from packmesh import command; print(command.run(lambda: (os.kill(os.getpid(), signal.SIGHUP), time.sleep(5))))"
+    code = "import os, signal, time; from packmesh.base import command; print(command.run(lambda: (os.kill(os.getpid(), signal.SIGHUP), time.sleep(5))))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "130\n"
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + code.replace("sleep(5)", "sleep(0)")
-    assert subprocess.run([sys.executable, "-c", ignoring], capture_output=True, text=True, check=True).stdout == "(None, None)\n"
+    assert subprocess.run([sys.executable, "-c", ignoring], capture_output=True, text=True,
+                          check=True).stdout == "(None, None)\n"
 
 
-@pytest.mark.parametrize("name, value", [
-    ("time", -1), ("time", float("nan")), ("time", 1e6), ("ranks", -3), ("ranks", 2.5), ("platelets", float("nan")), ("platelets", -1), ("extend", -1),
-    ("diameter", 0), ("diameter", float("nan")), ("unit", "parsec"), ("drive", "wind"), ("dx", "0.5"), ("dx", None), ("dx", 9), ("close", 3), ("close", [1.5]),
-    ("soft", "auto"), ("hematocrit", "x"), ("hematocrit", 1), ("hematocrit", True), ("seed", 1.5), ("seed", -1), ("realisations", 1.5), ("realisations", 0),
-    ("velocity", 0), ("velocity", 1e7), ("cut", 3), ("cut", [3]), ("cut", [(0, 0, 0, 0, 0, 0)]), ("cut", [(0, 0, "x", 1, 0, 0)]), ("cells", ["WBC.xml"]),
-    ("cells", {"WBC.xml": -1}), ("profile", "flat"), ("mirror", 2), ("inlet", 0), ("folder", 3),
-    ("time", 10**400), pytest.param("time", 10**5000, id="huge"), ("dx", np.array([0.5])), ("unit", np.array(["mm", "um"])), ("seed", 2**63), ("cells", np.ones(2)), ("mirror", np.ones(2)),
-    ("cut", [(0, 0, 10**400, 1, 0, 0)])])
+@pytest.mark.parametrize("name, value", [("time", -1), ("time", float("nan")), ("time", 1e6), ("ranks", -3), ("ranks", 2.5),
+                                         ("platelets", float("nan")), ("platelets", -1), ("extend", -1), ("diameter", 0),
+                                         ("diameter", float("nan")), ("unit", "parsec"), ("drive", "wind"), ("dx", "0.5"),
+                                         ("dx", None), ("dx", 9), ("close", 3), ("close", [1.5]), ("soft", "auto"),
+                                         ("hematocrit", "x"), ("hematocrit", 1), ("hematocrit", True), ("seed", 1.5),
+                                         ("seed", -1), ("realisations", 1.5), ("realisations", 0), ("velocity", 0),
+                                         ("velocity", 1e7), ("cut", 3), ("cut", [3]), ("cut", [(0, 0, 0, 0, 0, 0)]),
+                                         ("cut", [(0, 0, "x", 1, 0, 0)]), ("cells", ["WBC.xml"]), ("cells", {"WBC.xml": -1}),
+                                         ("profile", "flat"), ("mirror", 2), ("inlet", 0), ("folder", 3), ("time", 10**400),
+                                         pytest.param("time", 10**5000, id="huge"), ("dx", np.array([0.5])),
+                                         ("unit", np.array(["mm", "um"])), ("seed", 2**63), ("cells", np.ones(2)),
+                                         ("mirror", np.ones(2)), ("cut", [(0, 0, 10**400, 1, 0, 0)])])
 def test_arguments_are_examined_as_by_the_command(name, value, tube):
     refused(f"^{name}: ", lambda: packmesh.new_case(tube, **{"unit": "um", "hematocrit": 0, name: value}))
 
@@ -972,9 +1034,11 @@ def test_arguments_may_be_of_numpy(tube, tmp_path):
     """The command in README.md is the same."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        packmesh.new_case(tube, tmp_path / "case", unit=np.str_("um"), hematocrit=np.float64(0.2), dx=np.float64(1), seed=np.int64(4), soft=np.True_, close=np.array([], int))
+        packmesh.new_case(tube, tmp_path / "case", unit=np.str_("um"), hematocrit=np.float64(0.2), dx=np.float64(1),
+                          seed=np.int64(4), soft=np.True_, close=np.array([], int))
     assert "--hematocrit 0.2 --seed 4 --soft --unit um --dx 1.0\n" in (tmp_path / "case/README.md").read_text()
-    refused("^seed: the seed of the last realisation is above 9223372036854775807", lambda: packmesh.new_case(tube, seed=2**63 - 2, realisations=3))
+    refused("^seed: the seed of the last realisation is above 9223372036854775807",
+            lambda: packmesh.new_case(tube, seed=2**63 - 2, realisations=3))
 
 
 @pytest.mark.long
@@ -989,11 +1053,14 @@ def test_two_cases_in_one_tree(tube, tmp_path):
     names = ("one/case", "two/case", "two case", "two_case")
     for name in names:
         packmesh.new_case(tube, tmp_path / name, hematocrit=0)
-    (tmp_path / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.16)\nproject(tree CXX)\nset(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_SOURCE_DIR})\n"
-                                             "add_library(hemocell INTERFACE)\n" + "".join(f'add_subdirectory("{name}")\n' for name in names))
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.16)\nproject(tree CXX)\nset(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_SOURCE_DIR})\n"
+        "add_library(hemocell INTERFACE)\n" + "".join(f'add_subdirectory("{name}")\n' for name in names))
     subprocess.run(["cmake", "-S", tmp_path, "-B", tmp_path / "build"], check=True, capture_output=True)
-    made = subprocess.run(["cmake", "--build", tmp_path / "build", "--target", "help"], check=True, capture_output=True, text=True).stdout
-    assert len(set(re.findall(r"\bcase_\w+", made))) == 4 and all(f" {name}\n" in made for name in ("case_one_case", "case_two_case"))
+    made = subprocess.run(["cmake", "--build", tmp_path / "build", "--target", "help"], check=True, capture_output=True,
+                          text=True).stdout
+    assert len(set(re.findall(r"\bcase_\w+", made))) == 4 and all(f" {name}\n" in made
+                                                                  for name in ("case_one_case", "case_two_case"))
     rules = "".join(file.read_text() for file in tmp_path.glob("build/**/link.txt"))
     assert all(f"{name}/build/case" in rules for name in names)
 
@@ -1002,10 +1069,11 @@ def test_two_cases_in_one_tree(tube, tmp_path):
 def test_coarse_lattices_have_coarse_cells(tube, tmp_path):
     """Own ones; those of files are as they are."""
     case = packmesh.new_case(tube, tmp_path / "case", dx=1, hematocrit=0.2, cells={SOURCE / "config/WBC.xml": 0.01})
-    assert any("RBC: 162 vertices" in line for line in case.text) and "<minNumTriangles> 200 " in (tmp_path / "case/RBC.xml").read_text()
+    assert any("RBC: 162 vertices" in line
+               for line in case.text) and "<minNumTriangles> 200 " in (tmp_path / "case/RBC.xml").read_text()
     assert [len(packmesh._packmesh.cell_template(name, str(tmp_path / "case"), 1)[0]) for name in ("RBC", "WBC")] == [162, 642]
 
 
 def test_the_end_of_a_run_is_a_checkpoint():
     """So that it can be continued."""
-    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in (SOURCE / "python/packmesh/new_case_files/case.cpp.in").read_text()
+    assert "|| hemocell.iter >= tmax) hemocell.saveCheckPoint()" in code_of(inlet=False, pos=False)

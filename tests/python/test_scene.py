@@ -8,11 +8,14 @@ import numpy as np
 import packmesh
 import pytest
 from conftest import PROGRAM
-from packmesh import plot, render, scene, vtp
+from packmesh.commands import render
+from packmesh.io import vtp
+from packmesh.show import plot, scene
 
 CORNERS = [tuple(map(float, corner)) for corner in itertools.product((0, 1), repeat=3)]
 #: Of a unit box, outwards.
-FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
+         (1, 5, 7), (1, 7, 3)]
 EDGES = [(a, b) for a, b in itertools.combinations(range(8), 2) if np.abs(np.subtract(CORNERS[a], CORNERS[b])).sum() == 1]
 
 
@@ -40,8 +43,10 @@ def text_of(species, where):
 def picture(folder, species, where, *declared):
     """Red, green and blue of 80 x 60 pixels, as whole numbers of shape (4800, 3)."""
     scene.write(folder / "cells.pov", scene.packing_scene(species, where))
-    done = subprocess.run(["povray", "+Icells.pov", "+Opicture.ppm", "+FP", "+W80", "+H60", "-D", "-GA",
-                           *("Declare=" + word for word in declared)], cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run([
+        "povray", "+Icells.pov", "+Opicture.ppm", "+FP", "+W80", "+H60", "-D", "-GA", *("Declare=" + word
+                                                                                        for word in declared)], cwd=folder,
+                          capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return np.frombuffer((folder / "picture.ppm").read_bytes()[-80 * 60 * 3:], np.uint8).reshape(-1, 3).astype(int)
 
@@ -51,8 +56,9 @@ def reds(pixels):
 
 
 def test_one_mesh_per_species_and_one_entry_per_cell():
-    text = text_of([cells("RBC", 0, 4.0, [(10, 13, 13), (30, 13, 13), (40, 13, 13)]), cells("PLT", 1, 1.0, [(20, 13, 13)])],
-                   lumen((50, 26, 26), True))
+    text = text_of([cells("RBC", 0, 4.0, [
+        (10, 13, 13), (30, 13, 13),
+        (40, 13, 13)]), cells("PLT", 1, 1.0, [(20, 13, 13)])], lumen((50, 26, 26), True))
     assert text.count("mesh2 {") == 3  # two species and the walls
     assert "At0 = array[3] {\n  <10,13,13>, <30,13,13>, <40,13,13>\n}" in text
     assert "At1 = array[1] {\n  <20,13,13>\n}" in text and "Gap1 = array[1] {\n  0.01\n}" in text and "nan" not in text
@@ -79,8 +85,10 @@ def test_scale_of_gaps(gaps, most):
 @pytest.mark.parametrize("walls", [False, True])
 def test_the_picture_shows_the_cells(tmp_path, walls):
     grid = [(6.0 + 12 * (i % 4), 8.0 + 9 * (i // 4), 13.0) for i in range(12)]
-    species = [cells("RBC", 0, 4.0, [grid[i] for i in range(12) if i not in (4, 7)]), cells("WBC", 1, 5.0, [grid[4]]),
-               cells("a name\n#error with a break", 2, 3.0, [grid[7]])]
+    species = [
+        cells("RBC", 0, 4.0, [grid[i] for i in range(12) if i not in (4, 7)]),
+        cells("WBC", 1, 5.0, [grid[4]]),
+        cells("a name\n#error with a break", 2, 3.0, [grid[7]])]
     pixels = picture(tmp_path, species, lumen((50, 26, 26), walls))
     assert reds(pixels) > 250 and ((pixels > 220)[:, :2].all(axis=1)).sum() > 500
 
@@ -94,6 +102,7 @@ def test_scenes_are_cut_coloured_and_turned(tmp_path, walls):
 
     def shown(*declared):
         return picture(tmp_path, species, lumen((50, 26, 26), walls), *declared)
+
     plain = shown()
     whole = reds(plain)
     assert whole > 60
@@ -103,6 +112,7 @@ def test_scenes_are_cut_coloured_and_turned(tmp_path, walls):
 
     def caps(pixels):  # paler than the cells
         return int(((pixels[:, 0] > pixels[:, 1] + 25) & (pixels[:, 0] < 2 * pixels[:, 1])).sum())
+
     assert caps(plain) < 80 and caps(shown("ClipAxis=2", "ClipAt=0.47")) > 150
     r, g, b = shown("ColorBy=2").T
     assert (r > 2 * g).sum() > 0.3 * whole and (g > 1.5 * r).sum() > 0.3 * whole
@@ -157,9 +167,11 @@ def test_a_scene_that_cannot_be_written_leaves_no_file(tmp_path):
     def broken():
         yield "text"
         raise packmesh.InputError("no more")
+
     with pytest.raises(packmesh.InputError):
         scene.write(tmp_path / "old.pov", broken())
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["old.pov", "taken.pov"] and (tmp_path / "old.pov").read_text() == "old"
+    assert sorted(file.name
+                  for file in tmp_path.iterdir()) == ["old.pov", "taken.pov"] and (tmp_path / "old.pov").read_text() == "old"
 
 
 def test_files_of_the_program_of_python_and_of_a_state_give_the_same_scene(program, tmp_path):
@@ -178,7 +190,8 @@ def test_files_of_the_program_of_python_and_of_a_state_give_the_same_scene(progr
     species, box = scene.read_packing(folder)
     assert [one.name for one in species] == ["RBC", "PLT"] and len(box.lines) == 12 and not box.triangles
     np.testing.assert_array_equal(np.concatenate([one.centres for one in species]), packing.positions)
-    turned = packing.template("RBC")[0] @ np.stack([species[0].x[5], species[0].y[5], np.cross(species[0].x[5], species[0].y[5])])
+    turned = packing.template("RBC")[0] @ np.stack([
+        species[0].x[5], species[0].y[5], np.cross(species[0].x[5], species[0].y[5])])
     np.testing.assert_allclose(turned + species[0].centres[5], packing.vertices("RBC")[5], atol=1e-12)
 
 
@@ -197,8 +210,8 @@ def test_cells_of_objects(tmp_path):
     for name, low, high in (("box", 0, 8), ("cube", 0, 1)):
         lines = [" ".join(map(str, p)) for p in low + (high - low) * points] + [f"3 {a} {b} {c}" for a, b, c in FACES]
         (tmp_path / f"{name}.off").write_text("\n".join(["OFF", "8 12 0", *lines]) + "\n")
-    subprocess.run([PROGRAM.with_name("catCells"), "box.off", "cube.off@2,2,2", "cube.off@5,5,5", "--vtp", "c.vtp"], cwd=tmp_path,
-                   check=True, capture_output=True)
+    subprocess.run([PROGRAM.with_name("catCells"), "box.off", "cube.off@2,2,2", "cube.off@5,5,5", "--vtp", "c.vtp"],
+                   cwd=tmp_path, check=True, capture_output=True)
     for shown, meshes in (([], 5), ([2], 4)):
         assert "".join(scene.cat_scene(vtp.read(tmp_path / "c.vtp"), shown)).count("mesh2 {") == meshes
     render.main([str(tmp_path / "c.vtp"), str(tmp_path / "c.png"), "60", "--quality", "draft", "--show", "2"])
@@ -212,6 +225,7 @@ def test_what_cannot_be_drawn_is_explained(program, tmp_path):
         with pytest.raises(packmesh.Error) as failure:
             render.main(list(map(str, words)))
         return str(failure.value)
+
     (tmp_path / "empty").mkdir()
     assert "has no lumen.vtp; packMesh --vtp writes it" in refused(tmp_path / "empty")
     assert "is not a file that catCells --vtp writes" in refused(folder / "RBC.vtp")

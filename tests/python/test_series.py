@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import packmesh._packmesh
 import pytest
-from packmesh import vtp
+from packmesh.io import vtp
 
 from write_run import Writer
 
@@ -28,13 +28,15 @@ def run(case):
 
 def command(folder, *words, code=0, path=None):
     environment = {**os.environ, **({"PATH": str(path)} if path else {})}
-    done = subprocess.run([sys.executable, "-m", "packmesh", *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-m", "packmesh", *words], cwd=folder, env=environment, capture_output=True,
+                          text=True, check=False)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
 
 
 def test_series_for_paraview(run):
-    command(run, "export", "output", "--every", "2", "--case", "config.xml", "--format", "vtk-meshes", "--format", "stl", "--folder", "film")
+    command(run, "export", "output", "--every", "2", "--case", "config.xml", "--format", "vtk-meshes", "--format", "stl",
+            "--folder", "film")
     assert sorted(os.listdir(run / "film")) == ["RBC_cells.pvd", "step_000000", "step_001000"]
     series = (run / "film/RBC_cells.pvd").read_text()
     frames = re.findall(r'timestep="(\d+)" file="([^"]+)"', series)
@@ -46,7 +48,8 @@ def test_series_for_paraview(run):
 def test_all_of_a_series_or_nothing(run):
     (run / "film").mkdir()
     (run / "film/step_000500").write_text("not a folder")
-    command(run, "export", "output", "--every", "1", "--case", "config.xml", "--format", "vtk-meshes", "--folder", "film", code=5)
+    command(run, "export", "output", "--every", "1", "--case", "config.xml", "--format", "vtk-meshes", "--folder", "film",
+            code=5)
     assert os.listdir(run / "film") == ["step_000500"]
 
 
@@ -63,11 +66,11 @@ def test_film(run, tmp_path):
     assert (run / "last.png").exists()
 
 
-@pytest.mark.parametrize("words, told", [
-    ("export output --every 1 --step 500 --format stl", "--every is for the output folder of a run"),
-    ("export output --every 0 --format stl", "--every"),
-    ("render output a.png --every 1 --turntable 4", "not of a series of steps"),
-    ("render output a.png --color gap", "gaps of cells of a run are not known"),
-    ("render . a.png --every 1", "are for the output folder of a run")])
+@pytest.mark.parametrize("words, told",
+                         [("export output --every 1 --step 500 --format stl", "--every is for the output folder of a run"),
+                          ("export output --every 0 --format stl", "--every"),
+                          ("render output a.png --every 1 --turntable 4", "not of a series of steps"),
+                          ("render output a.png --color gap", "gaps of cells of a run are not known"),
+                          ("render . a.png --every 1", "are for the output folder of a run")])
 def test_refusals(run, words, told):
     assert told in command(run, *words.split(), code=1)

@@ -11,10 +11,10 @@ import pytest
 import packmesh
 from conftest import SOURCE, refused
 from forked_commands import output_of
-from packmesh import vtp
-from packmesh.export import FORMATS, OF_MEMBRANES
-from packmesh.membrane_measures import shapes_of
-from packmesh.packing_file import PackingFile
+from packmesh.cells.shapes import shapes_of
+from packmesh.export.formats import FORMATS, OF_MEMBRANES
+from packmesh.io import vtp
+from packmesh.io.packing_file import PackingFile
 from write_run import sphere
 
 # Beyond what undeformed cells can fill: 9 cells.
@@ -62,8 +62,8 @@ def test_deformation_of_each_cell(packing, tmp_path):
     with pytest.warns(packmesh.PackingWarning, match="9 of 9 cells are deformed"):
         packing.write_vtp(tmp_path, meshes=True, undeformed=True)
     np.testing.assert_array_equal(vtp.read(tmp_path / "RBC.vtp").data["force"], columns["force"])
-    np.testing.assert_allclose(vtp.read(tmp_path / "RBC_cells.vtp").data["area_change"], np.repeat(columns["area_change"], len(triangles)),
-                               rtol=1e-6)
+    np.testing.assert_allclose(
+        vtp.read(tmp_path / "RBC_cells.vtp").data["area_change"], np.repeat(columns["area_change"], len(triangles)), rtol=1e-6)
     rigid = packmesh.pack(box=(16, 16, 16), species={"RBC": 5})
     assert "force" not in rigid.columns() and rigid.report()["deformation"] is None
 
@@ -84,20 +84,24 @@ def test_formats_of_poses_refuse_deformed_cells(packing, program, tmp_path):
         if name in OF_MEMBRANES:
             assert packing.write_pos(tmp_path / name, export=[name])
             continue
-        with pytest.raises(packmesh.InputError, match=f"export: {name} holds undeformed cells .*stl and vtk-meshes hold the membranes.*undeformed"):
+        with pytest.raises(packmesh.InputError,
+                           match=f"export: {name} holds undeformed cells .*stl and vtk-meshes hold the membranes.*undeformed"):
             packing.write_pos(tmp_path / name, export=["stl", name])
         assert not list((tmp_path / name).glob("*"))
     refused("export: vtk holds", lambda: packing.write_vtp(tmp_path / "none"))
-    with pytest.warns(packmesh.PackingWarning, match=f"9 of 9 cells are deformed, but are written undeformed: these cells overlap in {pairs} pairs"):
+    with pytest.warns(packmesh.PackingWarning,
+                      match=f"9 of 9 cells are deformed, but are written undeformed: these cells overlap in {pairs} pairs"):
         packing.write_pos(tmp_path / "forced", export=["csv", "stl"], undeformed=True)
     nodes = np.loadtxt(tmp_path / "espresso-membranes/RBC_membranes.dat").reshape(9, -1, 3)
     np.testing.assert_array_equal(nodes, packing.vertices("RBC"))
     # The program refuses them before it packs.
-    words = [*"10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft --export csv --export stl --report r.html".split()]
+    words = [
+        *"10 10 10 --ends periodic --hematocrit 0.73 --plt_ratio 0 --soft --export csv --export stl --report r.html".split()]
     folder, text = program(*words, code=2)
     assert "(Error) export: csv holds undeformed cells" in text and "Certificate" not in text and not list(folder.iterdir())
     folder, text = program(*words, "--undeformed", folder="forced")
-    assert f"these cells overlap in {pairs} pairs" in text and (folder / "cells.csv").exists() and (folder / "cells.stl").exists()
+    assert f"these cells overlap in {pairs} pairs" in text and (folder / "cells.csv").exists() and (folder
+                                                                                                    / "cells.stl").exists()
     assert "Wrote ./state.h5 (9 cells; load it by packmesh::loadParticles(hemocell, \"./state.h5\"))" in text
     # What is deformed from the beginning is refused before packing.
     _, text = program(*"10 10 10 --ends periodic --rbc 9 --vtp --fixed".split(), folder / "state.h5", folder="fixed", code=2)
@@ -120,12 +124,15 @@ def test_exports_and_page(packing, tmp_path):
 
 
 def test_refusals():
-    refused(r"0.01 pN are allowed \(max_force\)", lambda: packmesh.pack(**DENSE, soft=True, max_force=0.01, max_iterations=150), packmesh.InfeasibleError)
-    refused(r"1 % are allowed \(max_area_change\)", lambda: packmesh.pack(**DENSE, soft=True, max_area_change=0.01, max_iterations=150), packmesh.InfeasibleError)
+    refused(r"0.01 pN are allowed \(max_force\)", lambda: packmesh.pack(**DENSE, soft=True, max_force=0.01, max_iterations=150),
+            packmesh.InfeasibleError)
+    refused(r"1 % are allowed \(max_area_change\)",
+            lambda: packmesh.pack(**DENSE, soft=True, max_area_change=0.01, max_iterations=150), packmesh.InfeasibleError)
 
 
 def test_best_effort_and_auto():
-    fewer = packmesh.pack(box=(10, 10, 10), ends="periodic", species={"RBC": 12}, soft=True, best_effort=True, max_iterations=100)
+    fewer = packmesh.pack(box=(10, 10, 10), ends="periodic", species={"RBC": 12}, soft=True, best_effort=True,
+                          max_iterations=100)
     assert 9 <= len(fewer) < 12 and not fewer.complete and fewer.certificate.clean
     assert not packmesh.pack(box=(16, 16, 16), ends="periodic", hematocrit=0.4, soft="auto").deformed
 
@@ -136,16 +143,19 @@ def test_rigid_species():
     assert packing.counts == {"RBC": 8, "PLT": 2}
     template = packing.template("PLT")[0]
     for cell in packing.vertices("PLT"):
-        np.testing.assert_allclose(np.linalg.norm(cell - cell.mean(0), axis=1), np.linalg.norm(template - template.mean(0), axis=1), atol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(cell - cell.mean(0), axis=1),
+                                   np.linalg.norm(template - template.mean(0), axis=1), atol=1e-9)
 
 
 def test_interruption():
+
     class Enough(Exception):
         pass
 
     def stop(progress):
         if progress.stage == "soft cells":
             raise Enough
+
     with pytest.raises(Enough):  # of enough cells to be told of several times, however fast the machine is
         packmesh.pack(box=(30, 30, 30), ends="periodic", hematocrit=0.8, platelets=0, soft=True, progress=stop)
 
@@ -171,7 +181,8 @@ def test_packing_of_other_cells(packing, tmp_path):
     made = packmesh.packing_of({"SPHERE": cube.vertices("SPHERE") * (1, 1.01, 1)}, box=(20, 21, 20),
                                species={"SPHERE": packmesh.Species(mesh=sphere())})
     assert made.counts == {"SPHERE": 3} and made.certificate.clean
-    lines = packmesh.packing_of({"SPHERE": cube.pos_lines("SPHERE")}, box=(20, 20, 20), species={"SPHERE": packmesh.Species(mesh=sphere())})
+    lines = packmesh.packing_of({"SPHERE": cube.pos_lines("SPHERE")}, box=(20, 20, 20),
+                                species={"SPHERE": packmesh.Species(mesh=sphere())})
     np.testing.assert_allclose(lines.positions, cube.positions, atol=1e-9)
     tube = dict(cylinder=("x", 2.8, 20), ends="periodic", soft=True)
     one = packmesh.pack(**tube, species={"RBC": 1})
@@ -193,7 +204,8 @@ def test_packing_of_refuses(packing, tmp_path):
     crossed = vertices.copy()
     crossed[2, 0] += 2 * (crossed[2].mean(axis=0) - crossed[2, 0])
     wrong({"RBC": crossed}, "intersects itself")
-    wrong({"RBC": vertices[:, 1:]}, r"^the cells 'RBC': expected vertices of shape \(n, 642, 3\), in the order of the template, found \(9, 641, 3\)$")
+    wrong({"RBC": vertices[:, 1:]},
+          r"^the cells 'RBC': expected vertices of shape \(n, 642, 3\), in the order of the template, found \(9, 641, 3\)$")
     for values in (vertices * np.nan, vertices + 1j, vertices.astype(str)):
         wrong({"RBC": values}, "^the cells 'RBC': expected finite numbers$")
     wrong({"RBC": np.full((1, 6), np.nan)}, "^cells: the cells 'RBC': row 0: expected finite numbers$")
@@ -204,7 +216,8 @@ def test_packing_of_refuses(packing, tmp_path):
     wrong(vertices, "cells: expected")
     wrong({"RBC": vertices}, "the cells are there; expected no hematocrit", hematocrit=0.4)
     wrong({"RBC": vertices + (0, 0, 4)}, "wall|inside|box", ends=None)
-    refused(r"packing_of\(\) got an unexpected keyword argument 'wals'", lambda: packmesh.packing_of({"RBC": vertices}, **lumen, wals="x"), TypeError)
+    refused(r"packing_of\(\) got an unexpected keyword argument 'wals'",
+            lambda: packmesh.packing_of({"RBC": vertices}, **lumen, wals="x"), TypeError)
 
 
 def test_packing_of_a_case(case):
@@ -225,6 +238,7 @@ KT = 4.100531391e-3  # [pN µm]
 def hemocell_forces(model, k, rest, triangles, rings, links, x, dx=0.5):
     """On each vertex at x [µm, pN]. k: kLink, kBend, kVolume, kArea; rest: the template's vertices; rings: _ring() of each;
     links: through the cell"""
+
     def law(limit, strain):
         return strain + strain / np.abs(limit - strain * strain)
 
@@ -237,11 +251,13 @@ def hemocell_forces(model, k, rest, triangles, rings, links, x, dx=0.5):
     def volume(v):
         return np.einsum("ni,ni->", v[triangles[:, 0]], np.cross(v[triangles[:, 1]], v[triangles[:, 2]])) / 6
 
-    link, (bend, pressure, stretch) = k[0] * KT / 7.5e-3, np.array(k[1:]) * KT / 0.5 * np.array([1, 1280 / len(triangles), 1280 / len(triangles)])
+    link, (
+        bend, pressure,
+        stretch) = k[0] * KT / 7.5e-3, np.array(k[1:]) * KT / 0.5 * np.array([1, 1280 / len(triangles), 1280 / len(triangles)])
     force, now, before = np.zeros_like(x), crossed(x), crossed(rest)
     area, area_rest = (np.linalg.norm(c, axis=1) / 2 for c in (now, before))
     strain = volume(x) / volume(rest) - 1
-    outward = (-pressure * strain / abs(0.01 - strain ** 2) * area / area_rest.mean())[:, None] * unit(now)
+    outward = (-pressure * strain / abs(0.01 - strain**2) * area / area_rest.mean())[:, None] * unit(now)
     tension = (stretch / dx * law(0.09, area / area_rest - 1))[:, None]
     for corner in triangles.T:
         np.add.at(force, corner, outward + tension * (x[triangles].mean(axis=1) - x[corner]))
@@ -254,8 +270,9 @@ def hemocell_forces(model, k, rest, triangles, rings, links, x, dx=0.5):
     if model == "PltSimpleModel":
         for a, b in edges:
             first, second = (t for t in rings[a] if b in triangles[t])  # as Palabos meets them around the first vertex
-            angles = [np.arctan2(np.cross(*n) @ unit(v[b] - v[a]), n[0] @ n[1]) for v, n in
-                      ((x, unit(now[[first, second]])), (rest, unit(before[[first, second]])))]
+            angles = [
+                np.arctan2(np.cross(*n) @ unit(v[b] - v[a]), n[0] @ n[1])
+                for v, n in ((x, unit(now[[first, second]])), (rest, unit(before[[first, second]])))]
             push = bend * law(2.467, angles[0] - angles[1]) * unit(now[[first, second]]).sum(axis=0) / 2
             force[[a, b]] += push
             for t in (first, second):
@@ -300,14 +317,17 @@ def test_forces_are_those_of_hemocells_models():
     pairs = "60 65 62 64 37 42 54 56 34 40 25 46 50 59 29 47 61 63 26 45 33 43 27 35 32 39 49 51 0 4 48 52 6 10 53 55 19 21 57 58 15 13"
     rest = packing.template("WBC")[0]
     opposite = np.linalg.norm(rest[:, None] + rest[None], axis=2).argmin(axis=1)
-    models = {"RBC": ("RbcHighOrderModel", (15, 80, 20, 5), []),
-              "PLT": ("PltSimpleModel", (25, 250, 100, 8), np.array(pairs.split(), int).reshape(-1, 2)),
-              "WBC": ("WbcHighOrderModel", (60, 200, 20, 20), [(a, b) for a, b in enumerate(opposite) if a < b])}
+    models = {
+        "RBC": ("RbcHighOrderModel", (15, 80, 20, 5), []),
+        "PLT": ("PltSimpleModel", (25, 250, 100, 8), np.array(pairs.split(), int).reshape(-1, 2)),
+        "WBC": ("WbcHighOrderModel", (60, 200, 20, 20), [(a, b) for a, b in enumerate(opposite) if a < b])}
     begin, stated = 0, packing.columns()["force"]
     for name, (model, constants, links) in models.items():
         rest, triangles = packing.template(name)
         rings = [_ring(triangles, v) for v in range(len(rest))]
-        forces = [np.linalg.norm(hemocell_forces(model, constants, rest, triangles, rings, links, x), axis=1).max() for x in packing.vertices(name)]
+        forces = [
+            np.linalg.norm(hemocell_forces(model, constants, rest, triangles, rings, links, x), axis=1).max()
+            for x in packing.vertices(name)]
         np.testing.assert_allclose(stated[begin:begin + len(forces)], forces, rtol=1e-6)
         begin += len(forces)
         assert reported[name] == pytest.approx(max(forces), rel=1e-6) and max(forces) < 10

@@ -33,7 +33,8 @@ def test_cells_of_a_species(packing):
     assert (platelets.rotations == packing.rotations[packing.species == 1]).all()
     assert (platelets.vertices == packing.vertices("PLT")).all() and (platelets.pos_lines == packing.pos_lines("PLT")).all()
     assert all((a == b).all() for a, b in zip(platelets.template, packing.template("PLT")))
-    assert "PLT" in packing and "WBC" not in packing and sum(len(packing[name]) for name in packing.species_names) == len(packing)
+    assert "PLT" in packing and "WBC" not in packing and sum(len(packing[name])
+                                                             for name in packing.species_names) == len(packing)
     for error in (KeyError, packmesh.InputError, packmesh.UnknownCellsError):
         with pytest.raises(error) as raised:
             packing["WBC"]
@@ -117,7 +118,8 @@ def test_a_state_of_files_that_were_named_from_the_working_directory(tube, tmp_p
     packmesh.load("s.h5").save("../B/z.h5")
     monkeypatch.chdir(tmp_path)
     packing.save("B/x.h5")
-    assert all(packmesh.load(name).check().clean for name in ("A/s.h5", "A/t.h5", "B/x.h5", "B/z.h5")) and pickle.loads(contents).check().clean
+    assert all(packmesh.load(name).check().clean
+               for name in ("A/s.h5", "A/t.h5", "B/x.h5", "B/z.h5")) and pickle.loads(contents).check().clean
     pickle.loads(contents).save("B/y.h5")
     assert packmesh.load("B/y.h5").check().clean
     os.rename("A", "C")
@@ -169,7 +171,8 @@ def test_picture_for_notebooks(packing):
     html = packing._repr_html_()
     assert f"{packing.counts['RBC']} RBC, {packing.counts['PLT']} PLT" in html
     red, green, blue = np.moveaxis(pixels_of(html), 2, 0)
-    is_red, is_yellow, is_white = (red > 2 * green) & (red > 2 * blue), (green > 2 * blue) & (red < 2 * green), (red + green + blue == 765)
+    is_red, is_yellow, is_white = (red > 2 * green) & (red > 2 * blue), (green > 2 * blue) & (red < 2 * green), (red + green
+                                                                                                                 + blue == 765)
     assert is_red.mean() > 0.3 and is_yellow.mean() > 0.003 and is_white.mean() > 0.1
     assert (is_red | is_yellow | is_white).mean() > 0.99  # no holes, nothing else
 
@@ -189,7 +192,9 @@ LONG = dict(box=(30, 30, 30), hematocrit=0.45)
 
 
 def test_progress_is_shown_on_terminals(monkeypatch):
+
     class Terminal(io.StringIO):
+
         def isatty(self):
             return True
 
@@ -210,6 +215,7 @@ def test_progress_in_notebooks(monkeypatch):
     shown = []
 
     class Output:
+
         def update(self, data, raw):
             assert raw
             shown.append(data)
@@ -243,8 +249,12 @@ def test_arguments_and_results_are_compared_by_value():
 
     def arguments(vertices=vertices, size=np.array([10, 10, 10])):
         mesh = packmesh.Mesh((vertices, triangles), offset=size)
-        return [packmesh.Species(mesh=(vertices, triangles), axis=np.array([0, 0, 1])), mesh, packmesh.Box(size), packmesh.Sphere(3, center=size),
-                packmesh.Cylinder(3, 4, center=size), packmesh.Region(0.2, mesh)]
+        return [
+            packmesh.Species(mesh=(vertices, triangles), axis=np.array([0, 0, 1])), mesh,
+            packmesh.Box(size),
+            packmesh.Sphere(3, center=size),
+            packmesh.Cylinder(3, 4, center=size),
+            packmesh.Region(0.2, mesh)]
 
     others = arguments(2 * vertices, [1, 2, 3])
     for one, same, listed, other in zip(arguments(), arguments(), arguments(vertices.tolist(), (10, 10, 10)), others):

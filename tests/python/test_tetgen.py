@@ -15,12 +15,15 @@ PROBLEM = dict(box=(10, 10, 10), species={"RBC": 2}, method="cat")
 @pytest.fixture
 def stand_in(tmp_path, monkeypatch):
     """Puts a shell script in the place of packmesh-tetgen."""
+
     def put(script):
         file = tmp_path / "stand_in"
-        file.write_text(f"#!/bin/sh\n[ \"$1\" = --version ] && exec '{REAL}' --version\necho run >> '{tmp_path}/runs'\n{script}\n")
+        file.write_text(
+            f"#!/bin/sh\n[ \"$1\" = --version ] && exec '{REAL}' --version\necho run >> '{tmp_path}/runs'\n{script}\n")
         file.chmod(0o755)
         monkeypatch.setenv("PACKMESH_TETGEN", str(file))
         return tmp_path / "runs"
+
     return put
 
 
@@ -30,8 +33,9 @@ def test_it_is_found_beside_the_package(tmp_path):
     assert (tmp_path / "chords/RBC.pos").read_bytes() != (tmp_path / "faces/RBC.pos").read_bytes()
 
 
-@pytest.mark.parametrize("script", ["kill -9 $$", "kill -SEGV $$", f"ulimit -v 4000; exec '{REAL}'",
-                                    "head -c 100000 /dev/urandom >&3", f"exec '{REAL}' 3< /dev/urandom"])
+@pytest.mark.parametrize("script", [
+    "kill -9 $$", "kill -SEGV $$", f"ulimit -v 4000; exec '{REAL}'", "head -c 100000 /dev/urandom >&3",
+    f"exec '{REAL}' 3< /dev/urandom"])
 def test_faults(script, stand_in):
     faces = packmesh.pack(**PROBLEM, builder="cat-faces")
     stand_in("exit 1")

@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import packmesh
 import pytest
-from packmesh import view
 from packmesh.__main__ import main
-from packmesh.packing_file import PackingFile
+from packmesh.io.packing_file import PackingFile
+from packmesh.show import view
 
 
 def data_of(html, name):
@@ -61,7 +61,8 @@ def test_reports_of_other_packings_are_refused(state, monkeypatch, capsys, tmp_p
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr("sys.argv", ["packmesh", "view", str(state[1]), "--page", "page.html", *words])
         assert main() == 2
-        assert ("none.json: cannot be read" if "none.json" in words else "the report is of another packing") in capsys.readouterr().err
+        assert ("none.json: cannot be read"
+                if "none.json" in words else "the report is of another packing") in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
 
 

@@ -8,9 +8,14 @@ size = np.array([50.0, 50.0, 50.0])
 lumen = np.linspace(10, 12, 3, dtype=np.float32)
 p: packmesh.Packing = packmesh.pack(box=size, hematocrit=np.float64(0.3), seed=np.int64(3), progress=True)
 p = packmesh.pack(box=Box(size, origin=size), hematocrit=lumen[0], max_time=np.float32(3), tile=np.array([2, 2, 1]))
-p = packmesh.pack(cylinder=Cylinder(lumen[1], np.int32(40)), species={"RBC": np.int64(5), "PLT": Species(np.int32(3), axis=size)})
-p = packmesh.pack(sphere=lumen[2], obstacles=[Sphere(np.float32(2), size)], regions=[Region(lumen[0], Box(size)), Region(count=np.int64(3), body=Beyond(size, size), species={"PLT": np.int32(2)})], clearance=lumen[0])
-p = packmesh.pack(vessel=(size.reshape(1, 3), [[0, 0, 0]]), obstacles=Mesh("a.stl", scale=lumen[0], offset=size), fixed={"RBC": size})
+p = packmesh.pack(cylinder=Cylinder(lumen[1], np.int32(40)),
+                  species={"RBC": np.int64(5), "PLT": Species(np.int32(3), axis=size)})
+p = packmesh.pack(
+    sphere=lumen[2], obstacles=[Sphere(np.float32(2), size)],
+    regions=[Region(lumen[0], Box(size)),
+             Region(count=np.int64(3), body=Beyond(size, size), species={"PLT": np.int32(2)})], clearance=lumen[0])
+p = packmesh.pack(vessel=(size.reshape(1, 3), [[0, 0, 0]]), obstacles=Mesh("a.stl", scale=lumen[0], offset=size),
+                  fixed={"RBC": size})
 centres: float = float(p["RBC"].positions[:, 0].max() + p.period[1] + p.bounds[0][2])
 found: bool = packmesh.check("cells", box=size, dx=lumen[0]).clean
 gap: "float | None" = packmesh.check(p).certificate.minimum_gap

@@ -30,5 +30,5 @@ for seed in (1, 2):
 SCRIPT
 "$python" -m packmesh compare 1.json 2.json --page page.html > compare.log
 grep -q "Chart.js" page.html
-test -f "$packages/packmesh/page/chart.min.js"
+test -f "$packages/packmesh/show/page/chart.min.js"
 test -z "$(find "$packages/packmesh" -type l)" || { echo "links into the source tree"; exit 1; }

@@ -42,7 +42,8 @@ def rotation(seed):
 def _create(file, name, table):
     """As HemoCell does: compressed; without rows there are no columns."""
     if len(table):
-        file.create_dataset(name, data=table, chunks=(min(1000, len(table)), table.shape[1]), maxshape=table.shape, compression=7)
+        file.create_dataset(name, data=table, chunks=(min(1000, len(table)), table.shape[1]), maxshape=table.shape,
+                            compression=7)
     else:
         file.create_dataset(name, shape=(0, 0), dtype="f4")
 
@@ -80,7 +81,8 @@ class Writer:
         for block, (first, end) in enumerate(self.ends()):
             for name, (vertices, triangles, ids) in types.items():
                 force = None if forces is None else forces[name]
-                self._write_cells(self.path(iteration, name + suffix, block), iteration, first, end, vertices, triangles, ids, force)
+                self._write_cells(self.path(iteration, name + suffix, block), iteration, first, end, vertices, triangles, ids,
+                                  force)
             if self.fluid:
                 self._write_fluid(self.path(iteration, "Fluid" + suffix, block), iteration, first, end, velocity)
         if self.csv:
@@ -93,7 +95,7 @@ class Writer:
 
     def _write_cells(self, path, iteration, first, end, vertices, triangles, ids, forces):
         lattice, rows = vertices / self.dx, []
-        for shift in itertools.product(*([(-1, 0, 1) if p else (0,) for p in self.periodic])):
+        for shift in itertools.product(*([(-1, 0, 1) if p else (0, ) for p in self.periodic])):
             moved = lattice + self.nodes * np.array(shift)
             inside = np.any(np.all((moved > first - 0.5) & (moved <= end - 0.5), axis=2), axis=1)
             offset = int(np.dot(shift, (1, 100, 10000))) * self.all_cells
@@ -101,9 +103,10 @@ class Writer:
         rows.sort(key=lambda row: row[0])
         size = vertices.shape[1]
         unit = self.dx * 1e-6 if self.si else 1.0
-        tables = {"Position": np.array([row[2] for row in rows]).reshape(-1, 3) * unit,
-                  "Cell Id": np.repeat([row[0] for row in rows], size).reshape(-1, 1),
-                  "Vertex Id": np.tile(np.arange(size), len(rows)).reshape(-1, 1)}
+        tables = {
+            "Position": np.array([row[2] for row in rows]).reshape(-1, 3) * unit, "Cell Id": np.repeat([row[0] for row in rows],
+                                                                                                       size).reshape(-1, 1),
+            "Vertex Id": np.tile(np.arange(size), len(rows)).reshape(-1, 1)}
         if forces is not None:
             tables["Total force"] = np.array([forces[row[1]] for row in rows]).reshape(-1, 3)
         with h5py.File(path, "w") as file:
@@ -140,4 +143,5 @@ class Writer:
                 for center, number in zip(centers, ids):
                     wraps = np.floor((center + 0.5 * self.dx) / self.period) * self.periodic
                     x = (center - wraps * self.period) / self.dx * unit
-                    file.write(",".join(f"{value:.6g}" for value in x) + f",1,1,0,{number - self.all_cells * int(wraps[0])},{number},0,0,0\n")
+                    file.write(",".join(f"{value:.6g}"
+                                        for value in x) + f",1,1,0,{number - self.all_cells * int(wraps[0])},{number},0,0,0\n")

@@ -8,7 +8,7 @@
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines, half of
   them have at least 110, and there are at most 330, of the C++ side of the Python package too: files are concepts.
-- Modules of the Python package import those of their floor, without circles, and of floors above it in the list of contributing.md.
+- Modules of the Python package import those of their own package, without circles, and of packages above it in that list, also for annotations.
 - What the wing cat/ consists of is named in at most 20 lines of the rest of the tree.
 - The interface of the plug-in is named by its contents, so that a case and a library of different ones do not run together.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
@@ -21,6 +21,7 @@ import statistics
 import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
+PACKAGE = ROOT / "python/packmesh"
 ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement")]
 MOST_LINES, LEAST_MEDIAN, MOST_FILES, MOST_WING_LINES = 600, 110, 330, 20
 faults = []
@@ -58,7 +59,8 @@ def check_includes():
     order = layers()
     faults.extend(f"docs/contributing.md lists {engine} after packMesh/packing, which calls it" for engine in ENGINES
                   if engine not in order[:order.index("packMesh/packing")])
-    folders = {folder_of(path) for path in sources()}
+    folders = {folder_of(path) for path in sources()} | {
+        f"python/{path.name}" for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
     for folder in sorted(folders - set(order)):
         faults.append(f"{folder} is missing in the layout of docs/contributing.md")
     for folder in sorted(set(order) - folders):
@@ -101,10 +103,8 @@ def require_no_circle(uses, what):
 
 
 def imports(node, package):
-    """Names that are imported below a node, in full, but for those of annotations alone."""
+    """Names that are imported below a node, in full, also for annotations alone and in functions."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
-            continue
         if isinstance(child, ast.Import):
             yield from (alias.name for alias in child.names)
         elif isinstance(child, ast.ImportFrom):
@@ -114,25 +114,19 @@ def imports(node, package):
 
 
 def check_python():
-    """Of modules of the package; those of a folder count as one."""
-    block = re.search(r"floors, too\..*?```text\n(.*?)```", (ROOT / "docs/contributing.md").read_text(), re.S)[1]
-    floors = {}
-    for number, line in enumerate(block.splitlines()):
-        for name in re.sub(r"\(.*?\)", "", line.split(None, 1)[1]).split(","):
-            floors[name.strip()] = number
+    order = {layer.removeprefix("python/"): number for number, layer in enumerate(layers()) if layer.startswith("python/")}
+    order |= {"errors": -1, "_packmesh": -1}  # for all
+    paths = {
+        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in sorted(PACKAGE.rglob("*.py"))
+        if path.name != "__init__.py"}
     uses = {}
-    for path in sorted((ROOT / "python/packmesh").rglob("*.py")):
-        parts = path.relative_to(ROOT / "python").with_suffix("").parts
-        if parts == ("packmesh", "__init__"):
-            continue  # names what users import
-        found = {name.split(".")[1] for name in imports(ast.parse(path.read_text()), list(parts[:-1])) if name.startswith("packmesh.")}
-        uses.setdefault(parts[1], set()).update((found & floors.keys()) - {parts[1]})
-    for name in sorted(uses.keys() ^ floors.keys()):
-        faults.append(f"python/packmesh/{name}: " + ("is missing in the list of" if name in uses else "does not exist, but is in the list of")
-                      + " docs/contributing.md")
-    for name, others in uses.items():
-        faults.extend(f"python/packmesh/{name} imports {other}, which is below it in docs/contributing.md" for other in sorted(others)
-                      if floors[other] > floors.get(name, -1))
+    for name, path in paths.items():
+        found = set(imports(ast.parse(path.read_text()), name.split(".")[:-1]))
+        uses[name] = {
+            other for other in paths if other != name and any(one == other or one.startswith(other + ".") for one in found)}
+        own = order.get(name.split(".")[1], 1000)  # __main__ is below all
+        faults.extend(f"{path.relative_to(ROOT)} imports {one}, which is below it in docs/contributing.md"
+                      for one in sorted(found) if one.startswith("packmesh.") and order.get(one.split(".")[1], 1000) > own)
     require_no_circle(uses, "modules import each other")
 
 
@@ -152,8 +146,9 @@ def check_classes():
 
 
 def check_lengths():
-    lengths = {path: (ROOT / path).read_text().count("\n")
-               for path in [*sources(), *(p.relative_to(ROOT) for p in (ROOT / "python/src").glob("*") if p.suffix in {".h", ".cpp"})]}
+    lengths = {
+        path: (ROOT / path).read_text().count("\n")
+        for path in [*sources(), *(p.relative_to(ROOT) for p in (ROOT / "python/src").glob("*") if p.suffix in {".h", ".cpp"})]}
     faults.extend(f"{path} has {lines} lines, more than {MOST_LINES}" for path, lines in lengths.items() if lines > MOST_LINES)
     if len(lengths) > MOST_FILES or statistics.median(lengths.values()) < LEAST_MEDIAN:
         faults.append(f"{len(lengths)} files, half of them below {statistics.median(lengths.values())} lines: "
@@ -162,9 +157,10 @@ def check_lengths():
 
 def check_wing():
     names = re.compile(r"(?<![a-z])(growth|escape(?!d)|tetrahedr|tetgen|cat_?cells)", re.I)
-    lines = [f"{path.relative_to(ROOT)}:{number}" for top in ("packMesh", "hemocell_adapter", "python/src")
-             for path in sorted((ROOT / top).rglob("*")) if path.is_file() and "cat" not in path.relative_to(ROOT).parts
-             for number, line in enumerate(path.read_text().splitlines(), 1) if names.search(line)]
+    lines = [
+        f"{path.relative_to(ROOT)}:{number}" for top in ("packMesh", "hemocell_adapter", "python/src")
+        for path in sorted((ROOT / top).rglob("*")) if path.is_file() and "cat" not in path.relative_to(ROOT).parts
+        for number, line in enumerate(path.read_text().splitlines(), 1) if names.search(line)]
     if len(lines) > MOST_WING_LINES:
         faults.append(f"{len(lines)} lines outside of cat/ name its parts, more than {MOST_WING_LINES}: {', '.join(lines)}")
 

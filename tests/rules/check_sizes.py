@@ -12,9 +12,12 @@ import sys
 LINES, MEMBERS = 60, 25
 ROOT = pathlib.Path(sys.argv[1]).resolve()
 FOLDERS = ["packMesh", "hemocell_adapter", "python/src"]
-NO_FUNCTION = re.compile(r"^(namespace|extern|class|struct|enum|union|if|for|while|switch|else|do|return|case|using|#|//)\b|^[^(]*=")
+NO_FUNCTION = re.compile(
+    r"^(namespace|extern|class|struct|enum|union|if|for|while|switch|else|do|return|case|using|#|//)\b|^[^(]*=")
 TYPE = re.compile(r"^( *)(?:template <.*> )?(?:struct|class) (\w+)[^;()]*\{$")
-NO_MEMBER = re.compile(r"^(using|typedef|friend|static|enum|struct|class|template|explicit|virtual|public|private|protected|operator|return)\b|\boperator\b")
+NO_MEMBER = re.compile(
+    r"^(using|typedef|friend|static|enum|struct|class|template|explicit|virtual|public|private|protected|operator|return)\b|\boperator\b"
+)
 
 
 def without_comments(lines):
@@ -100,11 +103,15 @@ def stated():
 large = found_in(ROOT)
 if "--list" in sys.argv:
     print("\n".join(f"{file}: {name}, {text}" for (file, name), text in sorted(large.items())))
-faults = [f"{file}: {name} has {text}: shorten it, or say in docs/contributing.md why it reads better so" for (file, name), text in
-          sorted(large.items()) if (file, name) not in stated()]
-faults += [f"docs/contributing.md names {name} of {file}, which is not large any more" for file, name in sorted(stated() - set(large))]
+faults = [
+    f"{file}: {name} has {text}: shorten it, or say in docs/contributing.md why it reads better so"
+    for (file, name), text in sorted(large.items()) if (file, name) not in stated()]
+faults += [
+    f"docs/contributing.md names {name} of {file}, which is not large any more" for file, name in sorted(stated() - set(large))]
 # The check itself finds what is large.
-SAMPLE = ["void A::longOne(int a,", "              int b) {", *["  call(a);"] * 59, "}", "", "struct Wide {", *["  int a = 1, b;"] * 13, "};"]
+SAMPLE = [
+    "void A::longOne(int a,", "              int b) {", *["  call(a);"] * 59, "}", "", "struct Wide {",
+    *["  int a = 1, b;"] * 13, "};"]
 if dict(functions(SAMPLE)) != {"A::longOne": 62} or dict(types(SAMPLE)) != {"Wide": 26}:
     faults.append("the check does not find its samples")
 print("\n".join(faults) or f"{len(large)} long functions and large types, each with its reason")

@@ -15,8 +15,9 @@ with tempfile.TemporaryDirectory() as folder:
     file = pathlib.Path(folder) / "results.json"
     # Two cells at the same place and one across the face of the box; a program that fails; one that takes too long.
     cells = "printf '3\\n25 25 25 0 0 0\\n25 25 26 0 0 0\\n50 25 25 0 0 0\\n' > RBC.pos"
-    done = subprocess.run([script, "--packMesh", packmesh, "--problems", "box-30", "pipe-30", "--json", file, "--timeout", "60",
-                           "--packer", "overlapping", cells, "--packer", "failing", "awk 'BEGIN { exit 3 }' {nothing}", "--packer", "idle", "true"],
+    done = subprocess.run([
+        script, "--packMesh", packmesh, "--problems", "box-30", "pipe-30", "--json", file, "--timeout", "60", "--packer",
+        "overlapping", cells, "--packer", "failing", "awk 'BEGIN { exit 3 }' {nothing}", "--packer", "idle", "true"],
                           capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(done.stdout + done.stderr)

@@ -11,11 +11,13 @@ import tempfile
 
 script, known = sys.argv[1], sorted(pathlib.Path(sys.argv[2]).glob("*.json"))
 
+
 def run(expected, *arguments):
     done = subprocess.run([sys.executable, script, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != expected:
         sys.exit(f"{arguments}: status {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
+
 
 with tempfile.TemporaryDirectory() as folder:
     found, compressed = pathlib.Path(folder) / "red_cells_2.json", pathlib.Path(folder) / "compressed.json"
@@ -28,7 +30,8 @@ with tempfile.TemporaryDirectory() as folder:
             sys.exit(line)
     for file in known:
         crystal = json.loads(file.read_text())
-        if f"volume fraction {crystal['volumeFraction']:.5f}" not in run(0, "--judge", file) or crystal["volumeFraction"] < 0.7076:
+        if f"volume fraction {crystal['volumeFraction']:.5f}" not in run(0, "--judge",
+                                                                         file) or crystal["volumeFraction"] < 0.7076:
             sys.exit(f"{file} states another volume fraction than it has, or one that is hardly above that of columns")
         for key in ("latticeVectors", "positions"):
             crystal[key] = [[0.999 * x for x in vector] for vector in crystal[key]]

@@ -14,7 +14,7 @@ done
 for library in fmt hdf5-openmpi openmesh openmpi tinyxml2; do
   grep -q "^ Suggests:.*lib$library-dev" "$scratch/info.txt" || { echo "does not suggest lib$library-dev"; exit 1; }
 done
-grep -q '^ Recommends:.*python3-numpy, python3-h5py, python3-jinja2' "$scratch/info.txt" || { echo "does not recommend what packmesh needs"; exit 1; }
+grep -q '^ Recommends:.*python3-numpy, python3-scipy, python3-h5py, python3-jinja2' "$scratch/info.txt" || { echo "does not recommend what packmesh needs"; exit 1; }
 grep -q '^ Description: ' "$scratch/info.txt"
 dpkg-deb --extract "$package" "$scratch/root"
 cd "$scratch"
@@ -26,7 +26,7 @@ root/usr/bin/packMesh 10 10 10 --rbc 2 --method cat --builder cat-faces --output
 for file in bin/catCells bin/packmesh share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1.gz share/man/man1/catCells.1.gz share/doc/packmesh/changelog.gz \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
   share/packMesh/scripts/make_tube.sh include/packMesh/packing/pack.h \
-  lib/python3/dist-packages/packmesh/_packmesh.pyi lib/python3/dist-packages/packmesh/page/three.min.js; do
+  lib/python3/dist-packages/packmesh/_packmesh.pyi lib/python3/dist-packages/packmesh/show/page/three.min.js; do
   test -s "root/usr/$file" || { echo "the package lacks $file"; exit 1; }
 done
 root/usr/bin/packMesh 20 20 20 --rbc 5 --export csv --report report.html > /dev/null

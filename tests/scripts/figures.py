@@ -27,7 +27,8 @@ PAGE = "# Page\n\n<!-- figures large -->\n<!-- end figures -->\n\nIt takes <!-- 
 with tempfile.TemporaryDirectory() as folder:
     folder = Path(folder)
     (folder / "docs").mkdir()
-    (folder / "docs/figures.json").write_text(json.dumps({"tables": {"large": ["| a | b | c | d | e | f |", "| - | - | - | - | - | - |", ROW]}}))
+    (folder / "docs/figures.json").write_text(
+        json.dumps({"tables": {"large": ["| a | b | c | d | e | f |", "| - | - | - | - | - | - |", ROW]}}))
     page = folder / "docs/page.md"
 
     def found(text, expected):

@@ -167,7 +167,10 @@ for lumen, boundary in LUMENS.values():
         require(f"boundary {boundary}" in (folder / "cells.lammps").read_text().splitlines()[0], "wrong boundary in the title")
         for script in ("in.molecular", "in.ellipsoids"):
             said = run(lmp, "-in", script, "-log", "none", folder=folder)
-            warnings = [line for line in said.splitlines() if "WARNING" in line and not any(known in line for known in ("No fixes defined", "No fixes with time integration"))]
+            warnings = [
+                line for line in said.splitlines()
+                if "WARNING" in line and not any(known in line
+                                                 for known in ("No fixes defined", "No fixes with time integration"))]
             require(not warnings, warnings)
         check_molecular(folder, found)
         check_ellipsoids(folder, found)

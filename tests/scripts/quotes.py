@@ -15,7 +15,8 @@ from pathlib import Path
 root, programs = Path(sys.argv[1]), Path(sys.argv[2]).resolve()
 faults, run = [], 0
 for page in sorted((root / "docs").rglob("*.md")):
-    for command, quoted in re.findall(r"^    \$ (\w+ .*)\n((?:    \(packMesh\) .*\n)+)", page.read_text(encoding="utf-8"), flags=re.M):
+    for command, quoted in re.findall(r"^    \$ (\w+ .*)\n((?:    \(packMesh\) .*\n)+)", page.read_text(encoding="utf-8"),
+                                      flags=re.M):
         words = command.split("#")[0].split()
         if "check" in words:
             continue

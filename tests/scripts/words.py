@@ -9,19 +9,46 @@ import sys
 from pathlib import Path
 
 RETIRED = [
-    "proved apart", "that HemoCell drops", "hard to pack as", "from which on packing takes", "known to a factor", "densest packing possible",
-    "in stock placed", "makes pictures of", "of too many,", "or more machines", "loses fewer", "Roads that did not lead",
-    "proves the files", "proves those files", "just as many triangles are missing", "stepped back", "as costs little time",
-    "files that are not there", "says and writes", "does not trust it", "blood that is too thin", "hardly ever been packed",
-    "that others can run", "no way out", "hit by it at once", "what packMesh was told", "written all the same", "a word of the command line",
-    "importer can have", "unless either does", "is smaller than that of the realisations", "CDT cell", "meshes that are certified; a template",
-]
+    "proved apart",
+    "that HemoCell drops",
+    "hard to pack as",
+    "from which on packing takes",
+    "known to a factor",
+    "densest packing possible",
+    "in stock placed",
+    "makes pictures of",
+    "of too many,",
+    "or more machines",
+    "loses fewer",
+    "Roads that did not lead",
+    "proves the files",
+    "proves those files",
+    "just as many triangles are missing",
+    "stepped back",
+    "as costs little time",
+    "files that are not there",
+    "says and writes",
+    "does not trust it",
+    "blood that is too thin",
+    "hardly ever been packed",
+    "that others can run",
+    "no way out",
+    "hit by it at once",
+    "what packMesh was told",
+    "written all the same",
+    "a word of the command line",
+    "importer can have",
+    "unless either does",
+    "is smaller than that of the realisations",
+    "CDT cell",
+    "meshes that are certified; a template", ]
 SUFFIXES = {".md", ".cpp", ".h", ".py", ".js", ".sh", ".xml", ".html"}
 FOLDERS = ["hemocell_adapter", "packMesh", "python", "docs", "examples", "tests/benchmark", "scripts", "config"]
 
 root = Path(sys.argv[1])
 faults, read = [], 0
-for file in [root / "README.md"] + [f for folder in FOLDERS for f in sorted((root / folder).rglob("*")) if f.suffix in SUFFIXES]:
+for file in [root / "README.md"] + [
+        f for folder in FOLDERS for f in sorted((root / folder).rglob("*")) if f.suffix in SUFFIXES]:
     text = file.read_text(encoding="utf-8")
     read += 1
     # Sentences continue on the next line, in comments after //, # or *, in C++ in another literal.

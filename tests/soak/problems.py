@@ -3,8 +3,8 @@ import base64
 import math
 import struct
 
-
 # --- meshes: points and triangles
+
 
 def sphere_mesh(radius, rings=8):
     """A ball of quads cut in two, radius(direction) µm."""
@@ -89,6 +89,7 @@ def single(mesh):
 
 # --- problems
 
+
 def write_files(problem, folder):
     for name, text in problem.get("files", {}).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -141,8 +142,8 @@ def lumen(problem, rng, oracle):
             period.append(x if wraps else 0)
         oracle.append("period " + " ".join(map(number, period)))
         far = [1e18 if p else 0 for p in period]
-        oracle.append("inside box " + " ".join(repr(x - f) for x, f in zip(lo, far)) + " " +
-                      " ".join(repr(x + f) for x, f in zip(hi, far)))
+        oracle.append("inside box " + " ".join(repr(x - f)
+                                               for x, f in zip(lo, far)) + " " + " ".join(repr(x + f) for x, f in zip(hi, far)))
         return math.prod(h - x for x, h in zip(lo, hi)), [x / 2 for x in size]
     if kind == "cylinder":
         axis, radius, length = rng.randrange(3), float(number(size[0] / 2 + rng.random())), size[1]
@@ -155,26 +156,26 @@ def lumen(problem, rng, oracle):
         oracle.append("period " + " ".join(number(length) if periodic and k == axis else "0" for k in range(3)))
         oracle.append(f"inside cylinder {axis} {' '.join(map(repr, center))} {number(radius)} "
                       f"{'1e18' if periodic else number(length)}")
-        return math.pi * radius ** 2 * length, center
+        return math.pi * radius**2 * length, center
     if kind == "sphere":
         radius = float(number(size[0] / 2 + 2))
         args += ["--sphere", number(radius)]
         oracle.append(f"inside sphere {radius} {radius} {radius} {radius}")
-        return 4 / 3 * math.pi * radius ** 3, [radius] * 3
+        return 4 / 3 * math.pi * radius**3, [radius] * 3
     if kind == "vessel":
         factor = rng.choice([1, 1, 10, 0.001])
         if rng.random() < 0.5:
             length, radius = size[0] + 4, size[1] / 2 + 1
             a, b, phase = rng.uniform(0, 0.3), rng.uniform(0, 0.12), rng.uniform(0, 6)
-            profile = lambda x, angle: radius / factor * (1 + a * math.sin(2 * math.pi * x * factor / length + phase) +
-                                                          b * math.cos(3 * angle + phase))
+            profile = lambda x, angle: radius / factor * (1 + a * math.sin(2 * math.pi * x * factor / length + phase) + b * math
+                                                          .cos(3 * angle + phase))
             rings, around = rng.choice([3, 6, 12]), rng.choice([7, 16, 24])
             mesh = tube_mesh(length / factor, profile, rings, around)
             periodic = rng.random() < 0.5
             args += ["--open-axis", "x"] if periodic or rng.random() < 0.5 else []
         else:
             a, b = rng.uniform(0, 0.25), rng.uniform(0, 0.2)
-            mesh = sphere_mesh(lambda p: (size[0] / 2 + 2) / factor * (1 + a * p[2] ** 3 - b * p[0] * p[1]), 10)
+            mesh = sphere_mesh(lambda p: (size[0] / 2 + 2) / factor * (1 + a * p[2]**3 - b * p[0] * p[1]), 10)
             periodic = False
         name = put_mesh(problem, rng, "vessel", mesh)
         args += ["--vessel", name, str(factor)]
@@ -216,7 +217,7 @@ def case(problem, rng, oracle, size):
         oracle.append(f"inside sphere {' '.join(map(number, center))} {number(radius)}")
     else:
         radius, a = size[0] / 2 + 1, rng.uniform(0, 0.2)
-        mesh = sphere_mesh(lambda p: radius * (1 - a * p[2] ** 2))
+        mesh = sphere_mesh(lambda p: radius * (1 - a * p[2]**2))
         center = [float(number(0.6 + radius))] * 3
         name = put_mesh(problem, rng, "body", mesh)
         text = f'<mesh file="{name}" offset="{" ".join(map(number, center))}"/>'
@@ -254,15 +255,14 @@ def case(problem, rng, oracle, size):
         region += "<walls>xyz</walls>"
     nodes = int(2 * (max(size) + 6))
     newline = rng.choice(["\n", "\r\n"])
-    problem["files"]["config.xml"] = newline.join(
-        ["<hemocell>", f"<domain><dx> 5e-7 </dx><nx>{nodes}</nx><ny>{nodes}</ny><nz>{nodes}</nz></domain>",
-         f"<packing><container>{text}</container>", region, "</packing>", "</hemocell>", ""])
+    problem["files"]["config.xml"] = newline.join([
+        "<hemocell>", f"<domain><dx> 5e-7 </dx><nx>{nodes}</nx><ny>{nodes}</ny><nz>{nodes}</nz></domain>",
+        f"<packing><container>{text}</container>", region, "</packing>", "</hemocell>", ""])
     problem["args"].insert(0, "config.xml")
-    for name, radius, triangles, more in (("RBC", 3.91, 600, ""), ("WBC", 4, 600, ""), ("PLT", 1.25, 66,
-                                          "<aspectRatio>0.434782608696</aspectRatio>")):
-        problem["files"][f"{name}.xml"] = (
-            f"<hemocell><MaterialModel><name>{name}</name><radius>{radius}e-6</radius>"
-            f"<minNumTriangles>{triangles}</minNumTriangles>{more}</MaterialModel></hemocell>\n")
+    for name, radius, triangles, more in (("RBC", 3.91, 600, ""), ("WBC", 4, 600, ""),
+                                          ("PLT", 1.25, 66, "<aspectRatio>0.434782608696</aspectRatio>")):
+        problem["files"][f"{name}.xml"] = (f"<hemocell><MaterialModel><name>{name}</name><radius>{radius}e-6</radius>"
+                                           f"<minNumTriangles>{triangles}</minNumTriangles>{more}</MaterialModel></hemocell>\n")
     return None, center
 
 
@@ -321,9 +321,9 @@ def random_problem(rng):
             mesh = box_mesh((0, 0, 0), tuple(rng.uniform(0.5, 4) for _ in range(3)))
         elif shape == 1:
             dent = rng.uniform(0, 0.7)
-            mesh = sphere_mesh(lambda p: 2.5 * (1 - dent * p[2] ** 4))
+            mesh = sphere_mesh(lambda p: 2.5 * (1 - dent * p[2]**4))
         elif shape == 2:
-            mesh = sphere_mesh(lambda p: 2 * (1 + 0.5 * p[0] * p[1] + 0.3 * p[2] ** 3), rng.choice([4, 8, 12]))
+            mesh = sphere_mesh(lambda p: 2 * (1 + 0.5 * p[0] * p[1] + 0.3 * p[2]**3), rng.choice([4, 8, 12]))
         else:
             mesh = tube_mesh(rng.uniform(2, 7), lambda x, a: 0.6, 3, 8)
         scale = rng.choice([1, 1, 0.5, 1.3])
@@ -346,14 +346,13 @@ def random_problem(rng):
             lines.append([round(c + rng.uniform(-4, 4), 3) for c in center] + [float(rng.randrange(-90, 90)) for _ in range(3)])
         if rng.random() < 0.5:
             lines = lines[:1]
-        problem["files"][f"before/{name}.pos"] = f"{len(lines)}\n" + "".join(
-            " ".join(map(repr, line)) + "\n" for line in lines)
+        problem["files"][f"before/{name}.pos"] = f"{len(lines)}\n" + "".join(" ".join(map(repr, line)) + "\n" for line in lines)
         args += [how, f"before/{name}.pos"]
         if how == "--fixed":
             problem["fixed"] = {name: lines}
     if cat:
         args += ["--method", "cat", "--builder", rng.choice(["chords", "cat-faces"])]
-    args += ["--seed", str(rng.randrange(10 ** 6)), "--max-time", "0.5"]
+    args += ["--seed", str(rng.randrange(10**6)), "--max-time", "0.5"]
     if rng.random() < 0.1:
         args.append("--best-effort")
     for name, template, distance in cells:

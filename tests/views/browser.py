@@ -48,10 +48,11 @@ class Browser:
         if webgl not in self._drivers:
             options = Options()
             options.binary_location = self.chromium
-            for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking",
-                             "--disable-component-update", "--disable-sync", "--no-first-run",
-                             *(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl
-                               else ["--disable-gpu", "--disable-3d-apis"])]:
+            for argument in [
+                    "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking",
+                    "--disable-component-update", "--disable-sync", "--no-first-run",
+                    *(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else [
+                        "--disable-gpu", "--disable-3d-apis"])]:
                 options.add_argument(argument)
             options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
             self._drivers[webgl] = started(self.chromedriver, options)
@@ -103,8 +104,8 @@ class Page:
         canvas = self.driver.find_element(By.CSS_SELECTOR, "#stage canvas")
         self.run("arguments[0].scrollIntoView({ block: 'center' })", canvas)
         size = canvas.size
-        ActionChains(self.driver).move_to_element_with_offset(
-            canvas, round(x - size["width"] / 2), round(y - size["height"] / 2)).click().perform()
+        ActionChains(self.driver).move_to_element_with_offset(canvas, round(x - size["width"] / 2),
+                                                              round(y - size["height"] / 2)).click().perform()
 
     def colors(self):
         """Pixels of the view that are red, and others that something is drawn on."""

@@ -30,7 +30,8 @@ def is_white(pixels):
 
 
 def red_share(pixels):
-    return float(((pixels[:, :, 0] > 0.25) & (pixels[:, :, 0] > 2.5 * pixels[:, :, 1]) & (pixels[:, :, 0] > 2.5 * pixels[:, :, 2])).mean())
+    return float(((pixels[:, :, 0] > 0.25) & (pixels[:, :, 0] > 2.5 * pixels[:, :, 1]) &
+                  (pixels[:, :, 0] > 2.5 * pixels[:, :, 2])).mean())
 
 
 def yellow_share(pixels):
@@ -63,7 +64,8 @@ def main():
         subprocess.run([program, *"--cylinder x 6 20 --rbc 6 --method cat --growth-frames 10 --quiet".split()], check=True)
         draw("paraview-growth", "growth_frames", "growth.png")
         first, middle, last = np.array_split(read("growth.png")[:-76], 3)  # above the scale
-        assert yellow_share(first) < 0.01 and yellow_share(last) > 0.1, (yellow_share(first), yellow_share(last))  # small and dark, large
+        assert yellow_share(first) < 0.01 and yellow_share(last) > 0.1, (yellow_share(first), yellow_share(last)
+                                                                         )  # small and dark, large
         assert has_label(first) and has_label(middle) and has_label(last)
         assert "has no state 99; expected one of 0 to " in draw("paraview-growth", "growth_frames", "growth.png", "99", code=2)
         os.mkdir("bin")  # ParaView alone

@@ -20,8 +20,8 @@ browser = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len
 Page = browser.open
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
 sys.path.append(package)
-from packmesh import plot, view  # noqa: E402
-from packmesh.packing_file import PackingFile  # noqa: E402
+from packmesh.show import plot, view  # noqa: E402
+from packmesh.io.packing_file import PackingFile  # noqa: E402
 
 
 def run(arguments, code=0):
@@ -42,7 +42,9 @@ def check_everything_shown(page, report):
 def check_plots(page, report):
     ends = page.run("return packMesh.charts.map((c) => [c.scales.x.min, c.scales.x.max])")
     assert ends[1] == [0, max(report["lumen"]["high"])] and ends[3] == [0, 1], ends
-    sets = page.run("return packMesh.charts.map((c) => c.data.datasets.filter((d) => !d.band).map((d) => [d.label, d.data.map((p) => p.y), d.factor]))")
+    sets = page.run(
+        "return packMesh.charts.map((c) => c.data.datasets.filter((d) => !d.band).map((d) => [d.label, d.data.map((p) => p.y), d.factor]))"
+    )
     measures = report["measures"]
     drawn = [one for one in measures["wall"]["species"] if any(one["fraction"])]
     for (label, shares, factor), one in zip(sets[0], drawn):
@@ -62,7 +64,8 @@ def check_plots(page, report):
     assert [float(line.split(",")[1]) for line in lines[1:]] == measures["wall"]["species"][0]["fraction"]
     canvas = page.driver.find_element(By.CSS_SELECTOR, "#plots canvas")
     page.run("arguments[0].scrollIntoView({ block: 'center' })", canvas)
-    ActionChains(page.driver).move_to_element_with_offset(canvas, 0, 0).click_and_hold().move_by_offset(60, 0).release().perform()
+    ActionChains(page.driver).move_to_element_with_offset(canvas, 0, 0).click_and_hold().move_by_offset(60,
+                                                                                                        0).release().perform()
     zoomed = page.run("const s = packMesh.charts[0].scales.x; return [s.min, s.max]")
     assert 0 < zoomed[0] < zoomed[1] < 8, zoomed
 
@@ -106,7 +109,8 @@ def check_marks(page):
         const [a, b] = [-half, half].map((s) => view.controls.target.clone().addScaledVector(right, s).project(view.camera).x);
         return [bar / view.pixels, ((b - a) / 2) * view.canvas.clientWidth];""")
     assert abs(bar - expected) < 3 and 40 < bar <= 131, (bar, expected)
-    of_axes = page.run("""return packMesh.charts[1].data.datasets.filter((d) => !d.band).map((d) => [d.label, d.borderColor])""")
+    of_axes = page.run(
+        """return packMesh.charts[1].data.datasets.filter((d) => !d.band).map((d) => [d.label, d.borderColor])""")
     assert dict(of_axes) == plot.AXIS_COLOURS
     keys = page.run("return packMesh.view.modes.orientation.keys")
     assert keys == [["axis along " + axis, color] for axis, color in of_axes], keys
@@ -120,7 +124,9 @@ def check_marks(page):
 
 def check_labels(page):
     """Names of buttons contain what they show; tables that are wider than the page are scrolled by keyboard."""
-    names = page.run("return [...document.querySelectorAll('button')].map((b) => [b.textContent, b.getAttribute('aria-label') || b.textContent])")
+    names = page.run(
+        "return [...document.querySelectorAll('button')].map((b) => [b.textContent, b.getAttribute('aria-label') || b.textContent])"
+    )
     assert len(names) > 20 and all(shown.lower() in name.lower() for shown, name in names), names
     tables = page.run("""return [...document.querySelectorAll('.scroll')].map((one) =>
         [one.scrollWidth > one.clientWidth, one.tabIndex, one.getAttribute('role'), one.getAttribute('aria-label')])""")
@@ -146,7 +152,8 @@ def check_many():
               differ += [0, 1, 2].some((k) => Math.abs(before[i + k] - after[i + k]) > 8);
             }
             return [differ / drawn, fronts, drawing.species[0].front.levels.findIndex((one) => one.skin.visible)];""")
-        assert level == 0 and share < 0.01 and all(seen + hidden == count for seen, hidden, count in fronts), (level, share, fronts)
+        assert level == 0 and share < 0.01 and all(seen + hidden == count
+                                                   for seen, hidden, count in fronts), (level, share, fronts)
         assert fronts[0][1] > 0.2 * fronts[0][2], fronts
         page.save("many")
 
@@ -165,7 +172,8 @@ def check_deformed():
         with open(name + ".html", "w", encoding="utf-8") as file:
             file.write(view.page_text(packing, report))
         with Page(name + ".html") as page:
-            picture = base64.b64decode(page.run(PIXELS + """  // as a text, since a list of millions of numbers takes minutes
+            picture = base64.b64decode(
+                page.run(PIXELS + """  // as a text, since a list of millions of numbers takes minutes
                 packMesh.view.draw();
                 const { data } = pixelsOf(packMesh.view.canvas), parts = [];
                 for (let i = 0; i < data.length; i += 30000) parts.push(String.fromCharCode(...data.subarray(i, i + 30000)));
@@ -179,7 +187,8 @@ def check_deformed():
     assert np.abs(gaps - same).max() < 1e-3, (gaps, same)
     assert (np.abs(picture - expected).max(axis=1) > 12).mean() < 0.005
     picture, wider = shown("flat", (1, 0.25, 1))
-    assert np.all(wider > gaps) and (picture[:, 0] > 1.5 * picture[:, 1]).sum() < 0.9 * (expected[:, 0] > 1.5 * expected[:, 1]).sum()
+    is_red, was_red = (pixels[:, 0] > 1.5 * pixels[:, 1] for pixels in (picture, expected))
+    assert np.all(wider > gaps) and is_red.sum() < 0.9 * was_red.sum()
 
 
 def check_without_report():
@@ -213,7 +222,8 @@ def check_sections():
             for (let k = -3; k <= 3; ++k) section.push(at(x + k, y));
             for (let k = 0; k < 200; ++k) line.push(at(x, y - k));
             return [section, line, Array.from(view.drawing.tint.slice(0, 3))];""")
-        assert all(abs(pixel[k] - 0.92 * tint[k]) < 3 and pixel[3] == 255 for pixel in section for k in range(3)), (section, tint)
+        assert all(abs(pixel[k] - 0.92 * tint[k]) < 3 and pixel[3] == 255 for pixel in section
+                   for k in range(3)), (section, tint)
         dark = [i for i, pixel in enumerate(line) if pixel[3] == 255 and pixel[0] < 0.5 * tint[0]]
         assert dark and dark[-1] - dark[0] < 6, dark  # one line, where the section ends
         assert line[dark[-1] + 4][3] < 40, line[dark[-1]:dark[-1] + 6]  # the lumen behind
@@ -230,8 +240,10 @@ def check_clicks(webgl):
     with Page("row.html", webgl=webgl) as page:
         assert page.run("return packMesh.view.drawing.constructor.name") == ("MeshView" if webgl else "OutlineView")
         assert page.colors()[0] > 2000
-        for number, (file, line, position) in enumerate([("RBC.pos", 2, "8.000, 10.000, 10.000"), ("RBC.pos", 3, "20.000, 10.000, 10.000"),
-                                                         ("RBC.pos", 4, "32.000, 10.000, 10.000"), ("PLT.pos", 2, "14.000, 10.000, 10.000")], 1):
+        for number, (file, line, position) in enumerate([("RBC.pos", 2, "8.000, 10.000, 10.000"),
+                                                         ("RBC.pos", 3, "20.000, 10.000, 10.000"),
+                                                         ("RBC.pos", 4, "32.000, 10.000, 10.000"),
+                                                         ("PLT.pos", 2, "14.000, 10.000, 10.000")], 1):
             page.click(*page.run("return packMesh.view.screenOf(arguments[0])", number - 1))
             text = page.text("#cell")
             for words in (f"Cell {number}\n", f"{file}, line {line}\n", position):
@@ -285,8 +297,8 @@ def check_comparison():
     run("--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --realisations 3 --report report.html".split())
     os.remove("realisation_3/report.html")
     names = [f"realisation_{i}/report.json" for i in (1, 2, 3)]
-    subprocess.run([sys.executable, "-m", "packmesh", "compare", *names, "--page", "compare.html"], check=True, capture_output=True,
-                   env={**os.environ, "PYTHONPATH": package})
+    subprocess.run([sys.executable, "-m", "packmesh", "compare", *names, "--page", "compare.html"], check=True,
+                   capture_output=True, env={**os.environ, "PYTHONPATH": package})
     walls = []
     for name in names:
         with open(name, encoding="utf-8") as file:
@@ -294,12 +306,14 @@ def check_comparison():
     for width, height, picture in ((1280, 900, "comparison"), (390, 844, "comparison_phone")):
         with Page("compare.html", width, height) as page:
             assert page.run("return document.documentElement.scrollWidth") <= width
-            assert page.run("return [...document.querySelectorAll('#tables a')].map((a) => [a.textContent, a.getAttribute('href')])") == [
-                [f"realisation_{i}/report.html", f"./realisation_{i}/report.html"] for i in (1, 2)]
+            assert page.run(
+                "return [...document.querySelectorAll('#tables a')].map((a) => [a.textContent, a.getAttribute('href')])") == [[
+                    f"realisation_{i}/report.html", f"./realisation_{i}/report.html"] for i in (1, 2)]
             assert len(page.driver.find_elements(By.CSS_SELECTOR, "#plots canvas")) == 4
             assert "3 realisations" in page.text("h1") and not page.driver.find_elements(By.ID, "view")
             assert names[2] in page.text("#tables")  # that has no page
-            shown, low, high = page.run("return packMesh.charts[0].data.datasets.slice(0, 3).map((set) => set.data.map((p) => p.y))")
+            shown, low, high = page.run(
+                "return packMesh.charts[0].data.datasets.slice(0, 3).map((set) => set.data.map((p) => p.y))")
             for i, values in enumerate(zip(*walls)):
                 mean, deviation = statistics.fmean(values), statistics.stdev(values)
                 assert abs(shown[i] - mean) < 1e-9 and abs(high[i] - mean - deviation) < 1e-9

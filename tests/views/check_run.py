@@ -28,7 +28,8 @@ def write(folder):
     """Cells that move, stretch and get lost."""
     vertices, triangles = sphere()
     random = np.random.default_rng(1)
-    places = np.array([[3 + 6 * i, 9.75 + 5 * np.cos(a), 9.75 + 5 * np.sin(a)] for i in range(5) for a in np.arange(4) * np.pi / 2])
+    places = np.array([[3 + 6 * i, 9.75 + 5 * np.cos(a), 9.75 + 5 * np.sin(a)] for i in range(5)
+                       for a in np.arange(4) * np.pi / 2])
     turns = np.array([rotation(i) for i in range(20)])
     writer = Writer(folder / "out")
     for step in range(6):
@@ -52,7 +53,8 @@ def check(page, data):
     assert np.allclose(sets["Flow rate"][0][1], [1000 * step * 400e-3 for step in range(6)])
     depth = dict(sets["Volume fractions by distance to the wall"])
     assert depth["RBC last"] == steps[-1]["byDepth"]["fraction"]["RBC"] and any(name.startswith("PLT first") for name in depth)
-    legends = page.run("return packMesh.charts.map((c) => c.legend.legendItems.map((item) => [item.text, item.lineDash.length > 0]))")
+    legends = page.run(
+        "return packMesh.charts.map((c) => c.legend.legendItems.map((item) => [item.text, item.lineDash.length > 0]))")
     assert all(dashed == (" first" in name) for legend in legends for name, dashed in legend), legends
     for ticks in page.run("return packMesh.charts.filter((c) => /^(Cells;|Overlap)/.test(c.canvas.getAttribute('aria-label')))"
                           ".map((c) => c.scales.y.ticks.map((tick) => tick.value))"):
@@ -69,8 +71,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         write(pathlib.Path(folder))
-        subprocess.run([sys.executable, "-m", "packmesh", "run", "out", "--case", "config.xml"], check=True, capture_output=True,
-                       env={**os.environ, "PYTHONPATH": package})
+        subprocess.run([sys.executable, "-m", "packmesh", "run", "out", "--case", "config.xml"], check=True,
+                       capture_output=True, env={**os.environ, "PYTHONPATH": package})
         text = pathlib.Path("out/run.html").read_text(encoding="utf-8")
         data = json.loads(re.search(r'<script type="application/json" id="report">(.*?)</script>', text, re.S)[1])
         for width, height, picture in ((1280, 900, "run"), (390, 844, "run_phone")):

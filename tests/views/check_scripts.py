@@ -29,20 +29,25 @@ def check_rendering(render):
     assert size("a.png") == (120, 80) and os.path.getsize("cells.pov") > 10000
     run([*render, "--size", "60x40"])
     assert size("cells.png") == (60, 40)
-    say = run([*render, "cells.pov", "b.png", "--size", "90x90", "--clip", "x=0.5", "--color", "gap", "--quality", "draft",
-               "--azimuth", "30", "--elevation", "-10"])
+    say = run([
+        *render, "cells.pov", "b.png", "--size", "90x90", "--clip", "x=0.5", "--color", "gap", "--quality", "draft",
+        "--azimuth", "30", "--elevation", "-10"])
     assert size("b.png") == (90, 90) and "µm and more yellow" in say, say
     run([*render, "cells.pov", "t.png", "60", "--turntable", "3", "--quality", "draft"])
     frames = sorted(glob.glob("t-*.png"))
     assert frames == ["t-000.png", "t-001.png", "t-002.png"] and size(frames[0]) == (60, 40)
     assert len({open(frame, "rb").read() for frame in frames}) == 3
     for words, message in ((["--color", "blue"], "expected one of species gap orientation, found 'blue'"),
-                           (["--clip", "w=0.5"], "expected an axis and a fraction"),
-                           (["--clip", "x=1.5"], "expected a number in [0, 1], found '1.5'"),
+                           (["--clip",
+                             "w=0.5"], "expected an axis and a fraction"), (["--clip", "x=1.5"],
+                                                                            "expected a number in [0, 1], found '1.5'"),
                            (["--elevation", "90"], "[-89.9, 89.9]"), (["--azimuth", "nord"], "found 'nord'"),
-                           (["--turntable", "1"], "[2, 3600]"), (["--quality", "best"], "draft normal fine"),
-                           (["--size", "big"], "WIDTHxHEIGHT"), (["--max-gap", "0"], "[0.001, 1]"),
-                           (["--size"], "needs a value"), (["--colour", "gap"], "unknown option '--colour'")):
+                           (["--turntable", "1"], "[2, 3600]"), (["--quality",
+                                                                  "best"], "draft normal fine"), (["--size",
+                                                                                                   "big"], "WIDTHxHEIGHT"),
+                           (["--max-gap",
+                             "0"], "[0.001, 1]"), (["--size"], "needs a value"), (["--colour",
+                                                                                   "gap"], "unknown option '--colour'")):
         assert message in run([*render, "cells.pov", *words], False), message
     assert "no readable 'none.pov'" in run([*render, "none.pov"], False)
     assert "there is no folder" in run([*render, "cells.pov", "none/a.png"], False)
@@ -81,7 +86,8 @@ def check_others(packmesh):
     assert "unknown command 'plots'" in run([*packmesh, "plots"], False)
     assert os.path.isfile(run([*packmesh, "paraview-cells", "--path"]).strip())
     assert "600 triangles" in run([*packmesh, "make-cell", "sickle", "sickle.stl", "--triangles", "600"]).replace("1280", "600")
-    assert "triangles" in run([*packmesh, "make-vessel", "bend", "bend.stl", "--radius", "5", "--length", "20", "--spacing", "2"])
+    assert "triangles" in run([
+        *packmesh, "make-vessel", "bend", "bend.stl", "--radius", "5", "--length", "20", "--spacing", "2"])
     assert os.path.getsize("bend.stl") > 1000
 
 

@@ -15,11 +15,15 @@ SCRIPT = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../docs/o
 PAGE = """<!DOCTYPE html><meta charset="utf-8"><script id="__config" type="application/json">{"base": ".."}</script>
 <div class="md-search" hidden><input class="md-search__input"><div class="md-search-result__meta"></div><ol class="md-search-result__list"></ol></div>
 <script src="../offline_search.js"></script>"""
-DOCS = [{"location": "a.html", "title": "Gaps", "text": "<p>Cells <b>&lt;img src=x onerror=console.error(1)&gt;</b> keep distance.</p>"},
-        {"location": "b.html#walls", "title": "Walls", "text": "Gaps between cells and walls."}, {"location": "c.html", "title": "Other", "text": ""}]
+DOCS = [{
+    "location": "a.html", "title": "Gaps",
+    "text": "<p>Cells <b>&lt;img src=x onerror=console.error(1)&gt;</b> keep distance.</p>"},
+        {"location": "b.html#walls", "title": "Walls",
+         "text": "Gaps between cells and walls."}, {"location": "c.html", "title": "Other", "text": ""}]
 
 
 def check(page):
+
     def found(text):
         field = page.driver.find_element(By.CSS_SELECTOR, ".md-search__input")
         field.clear()
@@ -27,7 +31,8 @@ def check(page):
         links = page.driver.find_elements(By.CSS_SELECTOR, ".md-search-result__list a")
         return [link.get_attribute("href").rpartition("/")[2] for link in links]
 
-    page.driver.execute_async_script("const wait = () => window.searchIndex ? setTimeout(arguments[0]) : setTimeout(wait, 10); wait()")
+    page.driver.execute_async_script(
+        "const wait = () => window.searchIndex ? setTimeout(arguments[0]) : setTimeout(wait, 10); wait()")
     assert found("gaps") == ["a.html", "b.html#walls"] and page.text(".md-search-result__meta") == "2 found"  # by title first
     assert found("GAPS walls") == ["b.html#walls"] and found("gaps nothing") == [] and found("") == []
     found("distance")

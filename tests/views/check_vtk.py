@@ -66,8 +66,8 @@ def main():
     program = os.path.realpath(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        subprocess.run([program, *"25 25 25 --hematocrit 0.3 --plt_ratio 0.3 --vtp --vtp-meshes".split(),
-                        "--quiet"], check=True)
+        subprocess.run([program, *"25 25 25 --hematocrit 0.3 --plt_ratio 0.3 --vtp --vtp-meshes".split(), "--quiet"],
+                       check=True)
         red = check_species("RBC", 0)
         platelets = check_species("PLT", len(red))
         walls = read("lumen.vtp")

@@ -19,9 +19,10 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent.parent
 # What of this tree becomes tools/packMesh.
-PARTS = ["CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "CITATION.cff", "LICENSE", "config", "hemocell_adapter", "packMesh", "python",
-         "scripts/apt-packages.txt", "scripts/build.sh", "scripts/hemocell_table.py", "scripts/make_tube.sh", "scripts/packaging/debian.cmake",
-         "scripts/setup.sh", "scripts/verify_with_hemocell.sh"]
+PARTS = [
+    "CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "CITATION.cff", "LICENSE", "config", "hemocell_adapter", "packMesh",
+    "python", "scripts/apt-packages.txt", "scripts/build.sh", "scripts/hemocell_table.py", "scripts/make_tube.sh",
+    "scripts/packaging/debian.cmake", "scripts/setup.sh", "scripts/verify_with_hemocell.sh"]
 
 
 def cited(key):
@@ -29,6 +30,7 @@ def cited(key):
 
 
 class Series:
+
     def __init__(self, clone, tree):
         self.tree = tree
         subprocess.run(["git", "clone", "--quiet", "--shared", clone, tree], check=True)
@@ -54,7 +56,8 @@ class Series:
 
 
 def add_program(series):
-    listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z", *PARTS], check=True, capture_output=True, text=True).stdout
+    listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z", *PARTS], check=True, capture_output=True,
+                            text=True).stdout
     tool = series.tree / "tools/packMesh"
     for name in filter(None, listed.split("\0")):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +77,8 @@ option(BUILD_PACKMESH "Build the plug-in of tools/packMesh, which packs initial 
 
 # Include CMake functions, mostly"""))
     end = series.tree / "CMakeLists.txt"
-    end.write_text(end.read_text(encoding="utf-8").rstrip() + """
+    end.write_text(
+        end.read_text(encoding="utf-8").rstrip() + """
 
 # compile the packing plug-in for cases, and with PACKMESH_PLUGIN_ONLY=OFF its programs
 if(BUILD_PACKMESH)
@@ -91,12 +95,16 @@ written to the build folder. HemoCell's own flags are not applied to them.""")
 
 def add_example(series):
     case = series.tree / "examples/pipeflow_packed"
-    shutil.copytree(series.tree / "examples/pipeflow", case, ignore=shutil.ignore_patterns("*.pos", "initial_states", "README", "pipeflow"))
+    shutil.copytree(series.tree / "examples/pipeflow", case,
+                    ignore=shutil.ignore_patterns("*.pos", "initial_states", "README", "pipeflow"))
     (case / "pipeflow.cpp").rename(case / "pipeflow_packed.cpp")
     name = "examples/pipeflow_packed"
-    series.change(f"{name}/pipeflow_packed.cpp", ("#include <hemocell.h>\n", "#include <hemocell.h>\n#include \"packMesh/hemocell.h\"\n"),
-                  ("    hemocell.loadParticles();\n", "    packmesh::loadParticles(hemocell); // packs the cells that config.xml asks for\n"),
-                  ("    hemocell.loadCheckPoint();\n", "    packmesh::loadCheckPoint(hemocell); // keeps cells across periodic faces\n"))
+    series.change(f"{name}/pipeflow_packed.cpp",
+                  ("#include <hemocell.h>\n", "#include <hemocell.h>\n#include \"packMesh/hemocell.h\"\n"),
+                  ("    hemocell.loadParticles();\n",
+                   "    packmesh::loadParticles(hemocell); // packs the cells that config.xml asks for\n"),
+                  ("    hemocell.loadCheckPoint();\n",
+                   "    packmesh::loadCheckPoint(hemocell); // keeps cells across periodic faces\n"))
     series.change(f"{name}/CMakeLists.txt", ("target_link_libraries(${EXEC_NAME} ${PROJECT_NAME})\n",
                                              "target_link_libraries(${EXEC_NAME} ${PROJECT_NAME})\n"
                                              "target_link_libraries(${EXEC_NAME} packMesh::hemocell)\n"))
@@ -109,7 +117,8 @@ def add_example(series):
 </packing>
 
 </hemocell>"""))
-    (case / "README").write_text("""Pipeflow with packed cells
+    (case / "README").write_text(
+        """Pipeflow with packed cells
 --------------------------
 
 The case ``pipeflow`` without ``.pos`` files: at its start packMesh packs the
@@ -118,7 +127,8 @@ nodes of the pipe, also across its periodic ends. Compare ``pipeflow_packed.cpp`
 with ``pipeflow.cpp``: three lines differ. Requires the CMake option BUILD_PACKMESH.
 """, encoding="utf-8")
     lists = series.tree / "examples/CMakeLists.txt"
-    lists.write_text(lists.read_text(encoding="utf-8").rstrip() + """
+    lists.write_text(
+        lists.read_text(encoding="utf-8").rstrip() + """
 if(BUILD_PACKMESH)
   add_subdirectory("pipeflow_packed")
 endif()
@@ -133,9 +143,10 @@ requested hematocrit are kept.""")
 def add_documentation(series):
     shutil.copy(HERE / "packing.rst", series.tree / "doc/user_guide/packing.rst")
     series.change("doc/user_guide/index.rst", ("   Case\n", "   Case\n   packing\n"))
-    series.change("doc/user_guide/QuickStart.rst", ("The resulting ``*.pos`` files can be copied to the case where you want to use\nthem.\n",
-                  "The resulting ``*.pos`` files can be copied to the case where you want to use\nthem. For vessels other than boxes, and for "
-                  "hematocrits that should be those of\nthe simulation, see :ref:`packmesh`.\n"))
+    series.change("doc/user_guide/QuickStart.rst", (
+        "The resulting ``*.pos`` files can be copied to the case where you want to use\nthem.\n",
+        "The resulting ``*.pos`` files can be copied to the case where you want to use\nthem. For vessels other than boxes, and for "
+        "hematocrits that should be those of\nthe simulation, see :ref:`packmesh`.\n"))
     series.change("CHANGELOG.md", ("\n2.6 (July 15 2022)\n", """
 Unreleased
 ----------
@@ -171,7 +182,8 @@ def cover_letter(series, patches):
     (patches / "cover-letter.txt").write_text(
         f"From {series.git('rev-parse', 'HEAD').strip()} Mon Sep 17 00:00:00 2001\nFrom: The packMesh developers <{cited('email')}>\n"
         f"Date: {series.git('log', '-1', '--format=%aD').strip()}\nSubject: [PATCH 0/{len(subjects)}] {title.lstrip('# ')}\n\n"
-        f"{plain(body)}\n\nPatches:\n\n{listed}\n\n{series.git('diff', '--shortstat', series.base, 'HEAD').strip()}\n-- \n", encoding="utf-8")
+        f"{plain(body)}\n\nPatches:\n\n{listed}\n\n{series.git('diff', '--shortstat', series.base, 'HEAD').strip()}\n-- \n",
+        encoding="utf-8")
     return f"{len(subjects)} patches and a cover letter"
 
 

@@ -14,8 +14,9 @@ plain = " ".join(stand_in.split())
 missing = [line for line in lines if " ".join(line.split()) not in plain]
 if len(sys.argv) > 3:
     tree = pathlib.Path(sys.argv[3])
-    text = " ".join(p.read_text(errors="replace") for folder in ("core", "config", "helper", "mechanics", "palabos/src")
-                    for p in (tree / folder).rglob("*.h*") if p.is_file())
+    text = " ".join(
+        p.read_text(errors="replace") for folder in ("core", "config", "helper", "mechanics", "palabos/src")
+        for p in (tree / folder).rglob("*.h*") if p.is_file())
     text += (tree / "hemocell.h").read_text(errors="replace")
     for line in lines:
         name = re.findall(r"\w+", line.split("(")[0])[-1]  # also operator[] and members

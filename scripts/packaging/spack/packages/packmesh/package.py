@@ -35,6 +35,7 @@ class Packmesh(CMakePackage):
     depends_on("python@3.9:", type=("build", "link", "run"), when="+python")
     depends_on("py-pybind11@2.10:", type="build", when="+python")
     depends_on("py-numpy", type=("build", "run"), when="+python")
+    depends_on("py-scipy@1.8:", type="run", when="+python")
     depends_on("py-h5py", type="run", when="+python")
     depends_on("py-jinja2", type="run", when="+python")
     depends_on("catch2@2.13:2", type="build", when="+tests")
@@ -44,14 +45,15 @@ class Packmesh(CMakePackage):
 
     # Parts of the page of reports. The files of three.js r111 have the checksums of those in its package 0.111.0 for npm.
     resource(name="three", url="https://raw.githubusercontent.com/mrdoob/three.js/r111/build/three.min.js",
-             sha256="cd0bb6c699acc574c48ded9499338e69d00c4029bae6512b669b5db74dd8fea6",
-             placement="javascript/three", expand=False)
-    resource(name="controls", url="https://raw.githubusercontent.com/mrdoob/three.js/r111/examples/js/controls/OrbitControls.js",
-             sha256="6e83de3bc8156ad002b92bbc9620eec76418d3495458acb5a831cc7227a1b094",
-             placement="javascript/controls", expand=False)
+             sha256="cd0bb6c699acc574c48ded9499338e69d00c4029bae6512b669b5db74dd8fea6", placement="javascript/three",
+             expand=False)
+    resource(name="controls",
+             url="https://raw.githubusercontent.com/mrdoob/three.js/r111/examples/js/controls/OrbitControls.js",
+             sha256="6e83de3bc8156ad002b92bbc9620eec76418d3495458acb5a831cc7227a1b094", placement="javascript/controls",
+             expand=False)
     resource(name="chart.js", url="https://github.com/chartjs/Chart.js/releases/download/v3.9.1/chart.js-3.9.1.tgz",
-             sha256="111e0751796f087a51e94dfed910ccfb1278fd30e584a6e48514dba9ae7e72c6",
-             placement="javascript/chart.js", expand=True)
+             sha256="111e0751796f087a51e94dfed910ccfb1278fd30e584a6e48514dba9ae7e72c6", placement="javascript/chart.js",
+             expand=True)
 
     def cmake_args(self):
         libraries = self.stage.source_path + "/javascript"
@@ -60,8 +62,7 @@ class Packmesh(CMakePackage):
             self.define_from_variant("PACKMESH_PYTHON", "python"),
             self.define("THREE_JS", libraries + "/three/three.min.js"),
             self.define("THREE_CONTROLS_JS", libraries + "/controls/OrbitControls.js"),
-            self.define("CHART_JS", libraries + "/chart.js/dist/chart.min.js"),
-        ]
+            self.define("CHART_JS", libraries + "/chart.js/dist/chart.min.js"), ]
 
     @run_after("install")
     @on_package_attributes(run_tests=True)
