@@ -29,7 +29,7 @@ if [[ ${1:-} == clang-mpich ]]; then
     # Vector types, MPI and HDF5 are where compilers and libraries differ.
     cmake --preset clang-mpich -B build-clang-compile -DCMAKE_BUILD_TYPE=Debug -DBUILD_TESTING=OFF -DPACKMESH_UNITY=ON
     mapfile -t objects < <(ninja -C build-clang-compile -t targets all |
-      sed -nE 's/^((packMesh|hemocell_adapter)\/CMakeFiles\/[a-zA-Z0-9_]+\.dir\/(Unity\/unity_.*_(parallel|io|packing|certificate|base|output)_.*|.*_kernel\.cpp)\.o):.*/\1/p')
+      sed -nE 's/^((packMesh|hemocell_adapter)\/CMakeFiles\/[a-zA-Z0-9_]+\.dir\/(Unity\/unity_.*_(mesh|parallel|io|packing|certificate|base|output)_.*|.*_kernel\.cpp)\.o):.*/\1/p')
     [[ ${#objects[@]} -ge 30 ]] || { echo "(packMesh) (Error) only ${#objects[@]} objects to compile"; exit 1; }
     exec ninja -C build-clang-compile -j "$jobs" "${objects[@]}"
   fi

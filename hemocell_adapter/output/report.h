@@ -2,7 +2,6 @@
 /// @file All data of a run in one document; docs/reference/report.md describes it.
 #pragma once
 
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 

@@ -3,7 +3,6 @@
 /// depths.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>

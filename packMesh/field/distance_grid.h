@@ -2,7 +2,6 @@
 /// @file Signed distance to a closed mesh, sampled on a grid.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 

@@ -70,13 +70,13 @@ class RunControl {
   static constexpr double leastSpare = 2.5, sparePerCell = 1e-5;  // [s]
 
   bool ends(double spare) {
-    enum { no, late, interruption };
+    enum { nothing, timeLimit, interruption };
     const double reason = problem_.execution.communicator.max(stopRequested()            ? interruption
-                                                              : elapsed() > end_ + spare ? late
-                                                                                         : no);
+                                                              : elapsed() > end_ + spare ? timeLimit
+                                                                                         : nothing);
     interrupted_ = interrupted_ || reason == interruption;
-    late_ = late_ || reason == late;
-    return interrupted_ || reason == late;
+    late_ = late_ || reason == timeLimit;
+    return interrupted_ || reason == timeLimit;
   }
   bool stopRequested() const { return problem_.execution.interrupted && problem_.execution.interrupted(); }
   double now() const {

@@ -14,14 +14,18 @@ esac
 folder=${2:?the folder of the system}
 shift 2
 mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 2> /dev/null | grep -m 1 'debian/*$' || echo http://deb.debian.org/debian)}
-[[ -d $folder ]] || debootstrap --variant=minbase "$name" "$folder" "$mirror"
+if [[ ! -e $folder/packMesh ]]; then
+  [[ ! -e $folder ]] || { echo "(packMesh) (Error) $folder is there, but no system that this script has made; remove it" >&2; exit 1; }
+  debootstrap --variant=minbase "$name" "$folder" "$mirror"
+  mkdir "$folder/packMesh"
+fi
+grep -q "VERSION_CODENAME=$name" "$folder/etc/os-release" || { echo "(packMesh) (Error) the system in $folder is not $name" >&2; exit 1; }
 cp /etc/resolv.conf /etc/hosts "$folder/etc/"
 cp -n /etc/apt/apt.conf.d/* "$folder/etc/apt/apt.conf.d/"
+trap 'for place in dev/pts dev sys proc; do ! mountpoint -q "$folder/$place" || umount -l "$folder/$place"; done' EXIT
 for place in proc sys dev dev/pts; do
   mountpoint -q "$folder/$place" || mount --bind "/$place" "$folder/$place"
 done
-trap 'umount -l "$folder"/{dev/pts,dev,sys,proc}' EXIT
-mkdir -p "$folder/packMesh"
 find "$folder/packMesh" -mindepth 1 -maxdepth 1 ! -name 'build*' -exec rm -rf {} +
 (cd "$source" && git ls-files -z --cached --others --exclude-standard | tar c --null -T - --ignore-failed-read) | tar x -C "$folder/packMesh"
 

@@ -200,6 +200,7 @@ def test_stl_has_all_membranes(packed):
     assert found.shape == np.concatenate(corners).shape and abs(found - np.concatenate(corners)).max() < SINGLE
 
 
+@pytest.mark.long  # which has ASE
 def test_extended_xyz(packed):
     """Read by ASE: box, periodic axes, particles. OVITO takes orientations as x, y, z, w and shapes as semi-axes (its manual, "Input file
     formats", "XYZ", "Non-spherical particle shapes")."""

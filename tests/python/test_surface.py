@@ -37,7 +37,13 @@ def expected(tube, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", ["vein.vtp", "vein.vtu", "vein.vtk", "vein.msh"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("vein.vtp", marks=pytest.mark.long),  # which has VTK
+        "vein.vtu",
+        "vein.vtk",
+        "vein.msh"])
 def test_lumens(name, tmp_path, tube, expected):
     vertices, triangles = tube
     if name.endswith(".vtp"):

@@ -4,7 +4,7 @@
 
 - Includes point down the lists of folders in contributing.md, never up; the library never includes the adapter.
 - In that list, the engines and what judges and measures their results stand before packing/, which calls them.
-- No header includes Eigen, which takes longer to read than all of ours.
+- Eigen, which takes longer to read than all of our headers, is included where matrices are decomposed, and in no header.
 - No cycle between files; a header and its source count as one.
 - A class that has a header of its name is declared in it; others stand with their kin. No file has more than 600 lines, half of
   them have at least 110, and there are at most 330, of the C++ side of the Python package too: files are concepts.
@@ -23,6 +23,7 @@ import sys
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
 PACKAGE = ROOT / "python/packmesh"
 ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement")]
+WITH_EIGEN = ["packMesh/core/vector.cpp", "packMesh/core/pose.cpp", "hemocell_adapter/hemocell/template_mesh.cpp"]
 MOST_LINES, LEAST_MEDIAN, MOST_FILES, MOST_WING_LINES = 600, 110, 330, 20
 faults = []
 
@@ -70,7 +71,7 @@ def check_includes():
             a, b = folder_of(path), folder_of(other)
             if a in order and b in order and order.index(b) > order.index(a):
                 faults.append(f"{path} includes {other}, which is above it")
-        if path.suffix == ".h" and "#include <Eigen" in (ROOT / path).read_text():
+        if str(path) not in WITH_EIGEN and "#include <Eigen" in (ROOT / path).read_text():
             faults.append(f"{path} includes Eigen")
 
 

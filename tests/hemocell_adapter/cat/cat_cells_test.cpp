@@ -48,7 +48,7 @@ struct Meshes : test::TemporaryFolder {
 
 }  // namespace
 
-TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable][long]") {
+TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable]") {
   const Meshes folder;
   for (const std::string kind : {"obj", "ply", "h5"}) {
     const RanCatCells ran =
